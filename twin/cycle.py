@@ -81,3 +81,25 @@ class Sink(Protocol):
     def missed(self, missed: Missed) -> None: ...
 
     def event(self, event: Event) -> None: ...
+
+
+class Tee:
+    """A sink that hands everything to several."""
+
+    def __init__(self, *sinks: Sink) -> None:
+        self._sinks = sinks
+
+    def cycle(self, record: CycleRecord) -> None:
+        """Hand on an executed cycle."""
+        for sink in self._sinks:
+            sink.cycle(record)
+
+    def missed(self, missed: Missed) -> None:
+        """Hand on a gap."""
+        for sink in self._sinks:
+            sink.missed(missed)
+
+    def event(self, event: Event) -> None:
+        """Hand on an event."""
+        for sink in self._sinks:
+            sink.event(event)

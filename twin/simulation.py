@@ -10,7 +10,7 @@ from twin.rocking.block import Block
 from twin.rocking.compiled import FloatArray
 from twin.rocking.march import HALF_TURN, IMPACT, OVERTURNED, REST, STUCK, UPLIFT
 from twin.rocking.response import Outcome, Response
-from twin.rocking.run import MOST_STEPS, STILL_BASE, Run, initial_state, parameters
+from twin.rocking.run import MOST_STEPS, STILL_BASE, Run, initial_state, local_tolerance, parameters
 
 if TYPE_CHECKING:
     from excitation import Pulse
@@ -88,21 +88,22 @@ def simulate(
 
 
 def overturns(
-    body: FloatArray, pieces: FloatArray, end: float, rotation: float, angular_velocity: float
-) -> tuple[bool, bool]:
-    """Return whether the block overturns, and whether rounding could decide it; nothing is recorded.
+    body: FloatArray, pieces: FloatArray, *, rotation: float = 0.0, angular_velocity: float = 0.0, end: float = math.inf
+) -> bool | None:
+    """Return whether the block overturns, None where one rounding of an input decides; no history is kept.
 
     `body` is from `parameters`; `end` cuts the pieces, s; the initial rotation (rad) and rate (rad/s) are signed.
     """
-    run = Run(body, initial_state(body, rotation, angular_velocity), record=False)
+    verdict, doubt = _first_verdict(body, pieces, end, rotation, angular_velocity)
+    return _settled_overturning(body, pieces, end, rotation, angular_velocity, verdict) if doubt else verdict
+
+
+def _first_verdict(body: FloatArray, pieces: FloatArray, end: float, rotation: float, rate: float) -> tuple[bool, bool]:
+    """Return whether the block overturns, and whether that has to be looked at again."""
+    run = Run(body, initial_state(body, rotation, rate), record=False)
     run.advance(pieces, end)
     verdict, doubt = run.overturns_on_still_base()
     return verdict, doubt or run.doubtful
-
-
-def local_tolerance(tolerance: float) -> float:
-    """Return the truncation allowed per step, rad, for an error `tolerance` along the run; never below rounding."""
-    return max(1e-5 * tolerance, 1e-15)
 
 
 def _settled_overturning(
@@ -110,7 +111,7 @@ def _settled_overturning(
 ) -> bool | None:
     """Return the verdict if it survives one rounding of every input and another step length; None if it does not."""
     for changed, shaken, theta, omega in _neighbours(body, pieces, rotation, rate):
-        again, _ = overturns(changed, shaken, end, theta, omega)
+        again, _ = _first_verdict(changed, shaken, end, theta, omega)
         if again is not verdict:
             return None
     return verdict

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-Positive = Annotated[float, Field(gt=0)]
+from excitation.quantity import VALUE, quantity
 
 
-@dataclass(frozen=True, config=ConfigDict(allow_inf_nan=False, strict=True, extra="forbid"))
+@dataclass(frozen=True, config=VALUE)
 class Block:
     """A homogeneous rectangular block standing on its side `width`.
 
@@ -33,13 +32,13 @@ class Block:
     --------
     >>> block = Block(0.06, 0.27)
     >>> round(block.frequency_parameter, 12)
-    7.293983464774
+    7.293983464474
     """
 
-    width: Positive
-    height: Positive
-    mass: Positive | None = None
-    gravity: Positive = 9.81
+    width: Annotated[float, quantity("m", above=0.0)]
+    height: Annotated[float, quantity("m", above=0.0)]
+    mass: Annotated[float, quantity("kg", above=0.0)] | None = None
+    gravity: Annotated[float, quantity("m/s2", above=0.0)] = 9.81
 
     @property
     def slenderness(self) -> float:

@@ -54,6 +54,11 @@ def parameters(block: Block, restitution: float, tolerance: float = 1e-15, strid
     )
 
 
+def local_tolerance(tolerance: float) -> float:
+    """Return the truncation allowed per step, rad, for an error `tolerance` along the run; never below rounding."""
+    return max(1e-5 * tolerance, 1e-15)
+
+
 def initial_state(body: FloatArray, rotation: float = 0.0, angular_velocity: float = 0.0) -> FloatArray:
     """Return the solver's state for a rotation (rad) and a rate (rad/s), both signed, at time 0."""
     state = np.zeros(STATE_SIZE)

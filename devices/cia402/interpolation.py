@@ -1,0 +1,125 @@
+"""The set-point a drive in cyclic synchronous position mode really follows, cycle by cycle.
+
+Between two set-points it is linear. Where a set-point does not come the drive goes on with the last velocity and
+acceleration (a held position would be a jump of velocity) for a stated number of cycles, as long as that stays inside
+the capacity; then it stops on a ramp.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from devices.setpoints import SetpointLimits
+
+if TYPE_CHECKING:
+    from devices.setpoints import Refusal
+    from excitation import Capacity
+
+
+class Interpolator:
+    """Holds, follows or stops; one call of `step` is one cycle.
+
+    Parameters
+    ----------
+    capacity, cycle_time, resolution
+        As for `SetpointLimits`.
+    stop_deceleration : float
+        Of the ramp, m/s2 (object 6085). Where the stroke left is too short for it the ramp is as much steeper as it has
+        to be, which is never more than the capacity's acceleration: the limits keep that much room.
+    patience : int
+        Cycles without a set-point that are bridged.
+    """
+
+    def __init__(
+        self, capacity: Capacity, cycle_time: float, resolution: float, stop_deceleration: float, patience: int
+    ) -> None:
+        self.limits = SetpointLimits(capacity, cycle_time, resolution)
+        self.stop_deceleration = min(stop_deceleration, capacity.acceleration)
+        self.patience = patience
+        self.position = 0.0
+        self.velocity = 0.0
+        self.missing = 0
+        self._acceleration = 0.0
+        self._target: float | None = None
+        self._following = False
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the set-point stands still and no new one is awaited."""
+        return not self._following and self.velocity == 0.0
+
+    @property
+    def following(self) -> bool:
+        """Whether set-points are taken."""
+        return self._following
+
+    def hold(self, position: float) -> None:
+        """Stand at `position`, m."""
+        self.position, self.velocity, self._following = position, 0.0, False
+
+    def begin(self, cycle: int, position: float) -> None:
+        """Begin to follow set-points in `cycle`, at rest, the first of them being `position`, m."""
+        self.limits.start(cycle, position)
+        self.velocity = self._acceleration = 0.0
+        self._target = position
+        self._following = True
+        self.missing = 0
+
+    def offer(self, cycle: int, position: float) -> Refusal | None:
+        """Take `position`, m, as where to be at the end of `cycle`, or say why not."""
+        if (refusal := self.limits.refusal(cycle, position)) is not None:
+            return refusal
+        self.limits.accept(cycle, position)
+        # After missed cycles the mean velocity can be more than what can still be braked; see SetpointLimits.refusal.
+        room = max(0.0, self.limits.room(position, self.limits.velocity))
+        acceleration = self.limits.top_acceleration
+        viable = math.sqrt(2.0 * acceleration * room) + 0.5 * acceleration * self.limits.cycle_time
+        self.velocity = math.copysign(min(abs(self.limits.velocity), viable), self.limits.velocity)
+        self._acceleration = self.limits.acceleration
+        self._target = position
+        return None
+
+    def stop(self) -> None:
+        """Take no more set-points; ramp down from here."""
+        self._following = False
+        self._target = None
+
+    def step(self) -> float:
+        """Return where the set-point is at the end of this cycle, m."""
+        if not self._following:
+            return self._ramp()
+        if self._target is not None:
+            self.position, self._target = self._target, None
+            self.missing = 0
+            return self.position
+        self.missing += 1
+        if self.missing > self.patience or not self._extrapolate():
+            self.stop()
+            return self._ramp()
+        return self.position
+
+    def _extrapolate(self) -> bool:
+        limits, h = self.limits, self.limits.cycle_time
+        velocity = self.velocity + self._acceleration * h
+        position = self.position + velocity * h
+        speed = max(0.0, abs(velocity) - 0.5 * limits.top_acceleration * h)
+        room = limits.room(position, velocity)
+        if abs(velocity) > limits.top_velocity or speed * speed > 2.0 * limits.top_acceleration * room:
+            return False
+        self.position, self.velocity = position, velocity
+        return True
+
+    def _ramp(self) -> float:
+        if self.velocity == 0.0:
+            return self.position
+        h = self.limits.cycle_time
+        speed = abs(self.velocity)
+        room = max(0.0, self.limits.room(self.position, self.velocity))
+        # Steps that lose d h of velocity each stop within (v - d h / 2)^2 / (2 d); the least d for the room left.
+        s = speed * h + 2.0 * room
+        least = 2.0 * speed * speed / (s + math.sqrt(max(0.0, s * s - speed * speed * h * h)))
+        slower = max(0.0, speed - max(self.stop_deceleration, least) * h)
+        self.velocity = math.copysign(slower, self.velocity) if slower > 0.0 else 0.0
+        self.position += self.velocity * h
+        return self.position

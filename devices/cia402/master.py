@@ -1,0 +1,223 @@
+"""The host's side of a CiA 402 table: bring it up, one set-point a cycle, stop it, on any python-can bus."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from devices.cia402 import frames, states
+from devices.cia402.link import Feedback, FrameCounts, Link
+from devices.cia402.states import State, decode
+from devices.clock import WallClock
+from devices.errors import DeviceTimeout, DriveFault, DriveStopped, SetpointRefused
+from devices.table import Sample, ShakeTable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from devices.cia402.buses import CanBus
+    from devices.clock import Clock
+    from excitation import Capacity
+
+_WAY_UP = {
+    State.NOT_READY: states.SHUTDOWN,
+    State.SWITCH_ON_DISABLED: states.SHUTDOWN,
+    State.READY_TO_SWITCH_ON: states.SWITCH_ON,
+    State.SWITCHED_ON: states.ENABLE_OPERATION,
+    State.QUICK_STOP_ACTIVE: states.QUICK_STOP,
+}
+_UNANSWERED_LIMIT = 5
+_FAULTY = (State.FAULT, State.FAULT_REACTION_ACTIVE)
+
+
+class Cia402Table(ShakeTable):
+    """A shake table whose servo drive speaks CiA 402 in cyclic synchronous position mode.
+
+    Parameters
+    ----------
+    bus : CanBus
+        Open bus; it stays open when the table is closed.
+    capacity : excitation.Capacity
+    drive_node : int
+        CANopen node of the drive.
+    sensor_node : int, optional
+        CANopen node of the specimen's rotation sensor; without it `Sample.rotation` is NaN.
+    cycle_time : float
+        s.
+    clock : Clock, optional
+        Paces the cycles of `open`, `enable`, `quick_stop` and `disable`, and bounds every wait. `exchange` is paced by
+        its caller; the first one should come at once after `enable`, before the drive misses its host.
+    idle : callable, optional
+        Called while waiting for answers: services an emulator on this thread, so that no hand-over between threads
+        spoils the cycle. With it nothing blocks.
+    time_limit : float
+        For all answers to one SYNC, s.
+    open_limit, state_limit : float
+        For the first answer of the nodes, and for a walk through the drive's states or a stop, s.
+    start_window : float
+        Largest distance between the position to be enabled at and the measured one, m.
+    """
+
+    def __init__(
+        self,
+        bus: CanBus,
+        capacity: Capacity,
+        *,
+        drive_node: int = 1,
+        sensor_node: int | None = None,
+        cycle_time: float = 1e-3,
+        clock: Clock | None = None,
+        idle: Callable[[], None] | None = None,
+        time_limit: float = 0.02,
+        open_limit: float = 5.0,
+        state_limit: float = 3.0,
+        start_window: float = 20e-6,
+    ) -> None:
+        super().__init__(capacity, cycle_time, frames.POSITION_UNIT)
+        self._clock = clock or WallClock()
+        self._link = Link(bus, drive_node, sensor_node, self._clock, idle, time_limit)
+        self._open_limit = open_limit
+        self._open_tries = max(1, int(open_limit / time_limit)) if idle is None else 3
+        self._state_cycles = max(1, round(state_limit / cycle_time))
+        self._start_window = start_window
+        self._bus_cycle = 0
+        self._next = 0.0
+        self._feedback = Feedback(0, 0.0, 0.0, 0.0)
+
+    @property
+    def counts(self) -> FrameCounts:
+        """Frames that were no answer: foreign, stale, echoes and so on."""
+        return self._link.counts
+
+    @property
+    def position(self) -> float:
+        """Last measured position, m: where to `enable`."""
+        return self._feedback.position
+
+    @property
+    def state(self) -> State | None:
+        """Drive state by the last statusword; None where that makes no sense."""
+        return decode(self._feedback.statusword)
+
+    def reset_fault(self) -> None:
+        """Acknowledge a fault of a table at rest; the drive is in SWITCH_ON_DISABLED after it. Never done by itself.
+
+        Raises
+        ------
+        DriveFault
+            Where the fault stays.
+        """
+        self._link.emergency = None
+        here = self._counts(self.position)
+        for controlword in (states.DISABLE_VOLTAGE, states.FAULT_RESET, states.DISABLE_VOLTAGE, states.DISABLE_VOLTAGE):
+            self._paced((controlword, here))
+        if self.state in _FAULTY:
+            raise self._fault()
+        self._link.drain()
+
+    def _open(self) -> None:
+        for attempt in range(self._open_tries):
+            self._link.start()
+            try:
+                self._paced(None)
+            except DeviceTimeout as error:
+                if attempt + 1 == self._open_tries:
+                    raise DeviceTimeout(f"{self.name} does not answer: {error}") from error
+            else:
+                self._link.restarted = None
+                return
+
+    def _enable(self, position: float) -> None:
+        command = None
+        self._link.restarted = None
+        for _ in range(self._state_cycles):
+            self._paced(command)
+            if self._link.emergency is not None or self.state in _FAULTY:
+                raise self._fault()
+            if self.state is State.OPERATION_ENABLED and command is not None:
+                return
+            if abs(position - self.position) > self._start_window:
+                raise SetpointRefused(
+                    f"{self.name} is to be enabled at {position:.6f} m; it stands at {self.position:.6f} m", "start"
+                )
+            controlword = _WAY_UP.get(self.state, states.DISABLE_VOLTAGE) if self.state else states.DISABLE_VOLTAGE
+            command = (controlword, self._counts(position))
+        raise DeviceTimeout(f"{self.name} stays in {self.state}; operation enabled was asked for")
+
+    def _exchange(self, cycle: int, steps: int, target_position: float) -> Sample:
+        if steps >= frames.SYNC_COUNTS:
+            raise DriveStopped(
+                f"cycle {cycle} of {self.name} comes {steps} cycles after the last; its drive stops itself long before"
+            )
+        self._link.drain()
+        self._raise_complaints()
+        self._next = self._clock.now()
+        feedback = self._cycle((states.ENABLE_OPERATION, self._counts(target_position)), steps)
+        if decode(feedback.statusword) is not State.OPERATION_ENABLED:
+            self._raise_complaints()
+            if self.state in _FAULTY:
+                raise self._fault()
+            raise DriveStopped(f"{self.name} left operation enabled by itself: {self.state}")
+        return self._sample(cycle, feedback)
+
+    def _quick_stop(self, last_cycle: int, each: Callable[[Sample], object] | None) -> None:
+        command = (states.QUICK_STOP, self._counts(self.position))
+        unanswered = 0
+        for cycle in range(last_cycle + 1, last_cycle + 1 + self._state_cycles):
+            try:
+                feedback = self._paced(command)
+            except DeviceTimeout:
+                # One lost frame is no reason to stop stopping.
+                unanswered += 1
+                if unanswered == _UNANSWERED_LIMIT:
+                    raise
+                continue
+            if each is not None:
+                each(self._sample(cycle, feedback))
+            if self.state in (State.SWITCH_ON_DISABLED, State.FAULT):
+                return
+        raise DeviceTimeout(f"{self.name} did not come to rest within {self._state_cycles} cycles: {self.state}")
+
+    def _disable(self) -> None:
+        here = self._counts(self._limits.position)
+        for _ in range(self._state_cycles):
+            controlword = states.SHUTDOWN if self.state is State.OPERATION_ENABLED else states.DISABLE_VOLTAGE
+            self._paced((controlword, here))
+            if self.state in (State.SWITCH_ON_DISABLED, State.FAULT):
+                return
+        raise DeviceTimeout(f"{self.name} stays in {self.state}; switch on disabled was asked for")
+
+    def _close(self) -> None:
+        """Nothing of ours is left open: the bus belongs to who opened it."""
+
+    def _paced(self, command: tuple[int, int] | None) -> Feedback:
+        self._link.drain()
+        self._next = max(self._next + self.cycle_time, self._clock.now())
+        self._clock.wait_until(self._next)
+        return self._cycle(command, 1)
+
+    def _cycle(self, command: tuple[int, int] | None, steps: int) -> Feedback:
+        self._bus_cycle += steps
+        self._feedback = self._link.cycle(frames.sync_counter(self._bus_cycle), command)
+        return self._feedback
+
+    def _sample(self, cycle: int, feedback: Feedback) -> Sample:
+        statusword, position, acceleration, rotation = feedback
+        return Sample(cycle, cycle * self.cycle_time, position, acceleration, rotation, statusword)
+
+    def _counts(self, position: float) -> int:
+        return frames.counts(position, frames.POSITION_UNIT, "target position")
+
+    def _raise_complaints(self) -> None:
+        if self._link.emergency is not None:
+            raise self._fault()
+        if self._link.restarted is not None:
+            raise DriveStopped(f"node {self._link.restarted} of {self.name} is no longer operational: it was restarted")
+
+    def _fault(self) -> DriveFault:
+        emergency = self._link.emergency
+        if emergency is None:
+            return DriveFault(f"{self.name} is in {self.state} without an emergency code")
+        text = frames.emergency_text(emergency.code)
+        return DriveFault(
+            f"{self.name} reports error {emergency.code:04X}: {text}; it is in {self.state}", emergency.code
+        )

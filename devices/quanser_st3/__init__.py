@@ -1,0 +1,1 @@
+"""Quanser Shake Table III XY, one axis: capacity, driver over CiA 402, emulator."""

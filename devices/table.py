@@ -1,0 +1,225 @@
+"""What every shake table is to the rest of the project: one small abstract class, and the sample it answers with."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Self, final
+
+from devices.errors import DeviceError, DeviceNotReady, SetpointRefused
+from devices.setpoints import SetpointLimits
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from excitation import Capacity
+
+Specimen = Callable[[float, float, float], float]
+"""What stands on an emulated table: (duration s, base acceleration at its start, at its end m/s2, linear between) ->
+rotation at its end, rad. Each call goes on from where the last one ended."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """What a table measured at the start of one cycle.
+
+    Attributes
+    ----------
+    cycle : int
+        Number of the cycle, the host's own count.
+    time : float
+        Table's clock, s: `cycle` times the cycle time.
+    position : float
+        Measured base position, m, 0 at the centre of the stroke, positive towards +x.
+    acceleration : float
+        Measured base acceleration, m/s2, positive towards +x.
+    rotation : float
+        Measured rotation of the specimen, rad, positive when its top leans to +x; NaN without a sensor.
+    status : int
+        The drive's CiA 402 statusword (object 6041).
+    """
+
+    cycle: int
+    time: float
+    position: float
+    acceleration: float
+    rotation: float
+    status: int
+
+
+class ShakeTable(ABC):
+    """A table moved by one position set-point a cycle. Contract:
+
+    1. `open` connects and moves nothing; `enable` powers the table where it stands; `exchange` is one cycle;
+       `quick_stop` brings it to a standstill and takes the power off; `disable` does so from rest; `close` disconnects,
+       with a quick stop first where the table is still powered. A `with` block opens and closes.
+    2. Cycle numbers rise; numbers left out are cycles the host missed, and are never made up for.
+    3. A set-point beyond the capacity is refused before anything is sent (`devices.setpoints`); none is ever clipped.
+    4. Every wait has a time limit. After an error of `exchange` the table is still to be stopped: `quick_stop`.
+
+    The public methods are final and do the checks; a driver fills the underscored ones.
+
+    Parameters
+    ----------
+    capacity : excitation.Capacity
+        What the table can do; its name is the table's name.
+    cycle_time : float
+        Time between cycles, s.
+    resolution : float
+        Step of the positions the driver's frames carry, m.
+    """
+
+    def __init__(self, capacity: Capacity, cycle_time: float, resolution: float) -> None:
+        self.name = capacity.name
+        self.capacity = capacity
+        self.cycle_time = cycle_time
+        self.resolution = resolution
+        self._limits = SetpointLimits(capacity, cycle_time, resolution)
+        self._opened = False
+        self._enabled = False
+        self._last_cycle: int | None = None
+
+    @property
+    def enabled(self) -> bool:
+        """Whether the table is powered by us and takes set-points."""
+        return self._enabled
+
+    @final
+    def open(self) -> None:
+        """Connect; nothing moves. Opening an open table does nothing."""
+        if not self._opened:
+            self._open()
+            self._opened = True
+
+    @final
+    def enable(self, position: float) -> None:
+        """Power the table where it stands, which must be at `position`, m (0 at the centre of the stroke).
+
+        Raises
+        ------
+        SetpointRefused
+            Where the position is outside the stroke or not where the table stands.
+        DriveFault, DeviceTimeout, DeviceNotReady
+            Where the table does not come up.
+        """
+        if not self._opened:
+            raise DeviceNotReady(f"{self.name} is enabled before it is open")
+        position = self._rounded(position)
+        if (beyond := self._limits.outside(position)) is not None:
+            raise SetpointRefused(beyond.sentence, beyond.limit)
+        self._enable(position)
+        self._limits.start(-1, position)
+        self._last_cycle = None
+        self._enabled = True
+
+    @final
+    def exchange(self, cycle: int, target_position: float) -> Sample:
+        """Do one cycle: send a set-point, and return what was measured as the cycle began.
+
+        Parameters
+        ----------
+        cycle : int
+            Number of the cycle; higher than the last one.
+        target_position : float
+            Where the table shall be at the end of this cycle, at `(cycle + 1) * cycle_time`, m from the centre.
+
+        Raises
+        ------
+        SetpointRefused
+            Where the set-point is beyond the capacity; nothing was sent.
+        DriveFault, DriveStopped, DeviceTimeout, BusFailure
+            Where the table did not do it; it is to be stopped.
+        """
+        if not self._enabled:
+            raise DeviceNotReady(f"{self.name} is sent a set-point before it is enabled")
+        if self._last_cycle is None:
+            self._limits.start(cycle - 1, self._limits.position)
+        elif cycle <= self._last_cycle:
+            raise ValueError(f"cycle {cycle} follows cycle {self._last_cycle}; cycle numbers must rise")
+        target = self._rounded(target_position)
+        if (refusal := self._limits.refusal(cycle, target)) is not None:
+            raise SetpointRefused(refusal.sentence, refusal.limit)
+        self._limits.accept(cycle, target)
+        skipped = 1 if self._last_cycle is None else cycle - self._last_cycle
+        self._last_cycle = cycle
+        return self._exchange(cycle, skipped, target)
+
+    @final
+    def quick_stop(self, each: Callable[[Sample], object] | None = None) -> None:
+        """Bring the table to a standstill by the drive's own ramp, then take the power off.
+
+        `each` is called with the sample of every cycle on the way; their numbers continue those of `exchange`.
+        """
+        if not self._opened:
+            raise DeviceNotReady(f"{self.name} is stopped before it is open")
+        self._enabled = False
+        self._quick_stop(-1 if self._last_cycle is None else self._last_cycle, each)
+
+    @final
+    def disable(self) -> None:
+        """Take the power off a table at rest; a table that was told to move is stopped first. Idempotent."""
+        if not self._enabled:
+            return
+        if self._limits.velocity != 0.0:
+            self.quick_stop()
+            return
+        self._enabled = False
+        self._disable()
+
+    @final
+    def close(self) -> None:
+        """Disconnect; a table still powered is stopped first. Closing a closed table does nothing."""
+        if not self._opened:
+            return
+        try:
+            if self._enabled:
+                self.quick_stop()
+        finally:
+            self._opened = False
+            self._close()
+
+    def __enter__(self) -> Self:
+        self.open()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        try:
+            self.close()
+        except DeviceError as second:
+            if error is None:
+                raise
+            error.add_note(f"and {self.name} could not be stopped and closed in order: {second}")
+
+    def _rounded(self, position: float) -> float:
+        steps = position / self.resolution
+        if not math.isfinite(steps):
+            raise ValueError(f"set-point of {position} m for {self.name}; it must be finite")
+        return round(steps) * self.resolution
+
+    @abstractmethod
+    def _open(self) -> None:
+        """Connect; move nothing."""
+
+    @abstractmethod
+    def _enable(self, position: float) -> None:
+        """Power the table at `position`, m, or raise; refuse where it stands elsewhere."""
+
+    @abstractmethod
+    def _exchange(self, cycle: int, steps: int, target_position: float) -> Sample:
+        """Do one cycle, `steps` cycles after the one before."""
+
+    @abstractmethod
+    def _quick_stop(self, last_cycle: int, each: Callable[[Sample], object] | None) -> None:
+        """Stop and power off; samples are numbered from `last_cycle` + 1."""
+
+    @abstractmethod
+    def _disable(self) -> None:
+        """Power off a table at rest."""
+
+    @abstractmethod
+    def _close(self) -> None:
+        """Disconnect; must not raise where the connection is already gone."""

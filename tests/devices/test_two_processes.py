@@ -1,0 +1,142 @@
+"""The same frames between two processes, over multicast on this machine."""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+import runpy
+import socket
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from devices.cia402.buses import open_bus
+from devices.clock import WallClock
+from devices.errors import BusUnavailable, DeviceError
+from devices.quanser_st3.driver import open_table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+H = 1e-3
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("", 0))
+        return probe.getsockname()[1]
+
+
+def multicast_works(port: int) -> bool:
+    try:
+        with open_bus("udp_multicast", port=port) as one, open_bus("udp_multicast", port=port) as other:
+            one.send(0x123, b"probe")
+            return other.receive(0.2) == (0x123, b"probe")
+    except DeviceError:
+        return False
+
+
+class Far:
+    """The emulator's process."""
+
+    def __init__(self, port: int) -> None:
+        spawn = multiprocessing.get_context("spawn")
+        self.stop, self.ready = spawn.Event(), spawn.Event()
+        self.report, far_end = spawn.Pipe(duplex=False)
+        handed: dict[str, Any] = {"stop": self.stop, "ready": self.ready, "report": far_end, "port": port}
+        script = str(Path(__file__).with_name("emulator_process.py"))
+        self.process = spawn.Process(target=runpy.run_path, args=(script, handed, "__emulator__"), daemon=True)
+        self.process.start()
+        far_end.close()
+
+    def end(self) -> tuple[str, bool, int]:
+        self.stop.set()
+        assert self.report.poll(10.0)
+        return self.report.recv()
+
+    def close(self) -> None:
+        self.stop.set()
+        self.process.join(10.0)
+        if self.process.is_alive():
+            self.process.kill()
+            self.process.join()
+        self.process.close()
+        self.report.close()
+
+
+@pytest.fixture(scope="module")
+def port() -> int:
+    number = free_port()
+    if not multicast_works(number):
+        pytest.skip("UDP multicast does not reach its own machine here")
+    return number
+
+
+@pytest.fixture
+def far(port: int) -> Iterator[Far]:
+    process = Far(port)
+    try:
+        assert process.ready.wait(20.0)
+        yield process
+    finally:
+        process.close()
+
+
+def test_a_motion_between_two_processes(far: Far, port: int) -> None:
+    clock = WallClock()
+    with open_bus("udp_multicast", port=port) as bus, open_table(bus, time_limit=0.5) as table:
+        table.enable(0.0)
+        start = clock.now()
+        samples = []
+        cycle = 0
+        while cycle < 200:
+            clock.wait_until(start + cycle * H)
+            x = 0.005 * (1.0 - math.cos(math.tau * 5.0 * (cycle + 1) * H))
+            samples.append(table.exchange(cycle, x))
+            cycle = max(cycle + 1, int((clock.now() - start) / H))  # late cycles are missed, not made up for
+        table.quick_stop()
+        echoes = table.counts.echoes
+    assert max(s.position for s in samples) == pytest.approx(0.01, abs=1e-3)
+    assert all(s.rotation == pytest.approx(0.01, abs=1e-9) for s in samples[1:])
+    assert echoes > 0
+    state, standstill, cycles = far.end()
+    assert (state, standstill) == ("switch on disabled", True)
+    assert cycles >= samples[-1].cycle
+
+
+def test_a_host_that_falls_silent_leaves_no_moving_table(far: Far, port: int) -> None:
+    with open_bus("udp_multicast", port=port) as bus:
+        table = open_table(bus, time_limit=0.5)
+        table.enable(0.0)
+        clock = WallClock()
+        start = clock.now()
+        cycle, moved = 0, 0.0
+        while cycle < 70:
+            clock.wait_until(start + cycle * H)
+            moved = 0.005 * (1.0 - math.cos(math.tau * 5.0 * (cycle + 1) * H))
+            table.exchange(cycle, moved)
+            cycle = max(cycle + 1, int((clock.now() - start) / H))
+        # not a word more; the drive says by itself that it stops
+        codes = []
+        for _ in range(500):
+            frame = bus.receive(0.01)
+            if frame is not None and frame[0] == 0x081:
+                codes.append(frame[1][:2])
+                break
+        assert codes == [b"\x00\x87"]
+        state, standstill, _ = far.end()
+    assert (state, standstill) == ("fault", True)
+
+
+def test_nobody_at_the_other_end() -> None:
+    from devices.cia402.master import Cia402Table
+    from devices.errors import DeviceTimeout
+    from devices.quanser_st3.capacity import CAPACITY
+
+    try:
+        bus = open_bus("udp_multicast", port=free_port())
+    except BusUnavailable as reason:
+        pytest.skip(str(reason))
+    with bus, pytest.raises(DeviceTimeout, match="does not answer"):
+        Cia402Table(bus, CAPACITY, time_limit=0.01, open_limit=0.05).open()

@@ -1,0 +1,142 @@
+"""The command `twin`: plan a run, perform it, replay and look at its recording."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from importlib import import_module
+from pathlib import Path
+
+DESCRIPTION = """\
+A shake-table digital twin for rocking blocks.
+
+  twin run                    the main job: block B6L on the emulated Quanser ST-III, one full sine, live at 1 kHz
+  twin plan SCENE             what the table can do of a scene and what the block will do; nothing moves
+  twin replay FILE.mcap       a recorded run through the same live code again
+  twin view FILE.mcap         a recorded run in Rerun
+"""
+EXIT_CODES = "exit codes: 0 done as asked, 1 not (see each command), 2 bad input"
+DEFAULT_SCENE = "b6l_sine"
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the whole command line."""
+    top = argparse.ArgumentParser(
+        prog="twin", description=DESCRIPTION, epilog=EXIT_CODES, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
+
+    scenes = _command(commands, "scenes", "list the scenes that ship with the package", "exit codes: 0")
+    scenes.add_argument("name", nargs="?", metavar="SCENE", help="print this scene's TOML, a start for one of your own")
+
+    plan = _command(
+        commands,
+        "plan",
+        "clip a scene to its table, predict the block, and say how far from overturning it is; nothing moves",
+        "exit codes: 0 the table can do it as asked and the block stays up, 1 it cannot, or clipping changed the "
+        "pulse, or the block falls, 2 bad input",
+    )
+    _scene(plan)
+    plan.add_argument("--out", type=Path, metavar="PLAN.png", help="draw the plan (.png, .svg or .pdf)")
+
+    run = _command(
+        commands,
+        "run",
+        "perform a scene live, prediction beside measurement, and record it",
+        "exit codes: 0 performed, 1 tripped (the table was stopped), 2 bad input",
+    )
+    _scene(run)
+    run.add_argument(
+        "--device",
+        default="emulator",
+        metavar="NAME",
+        help="emulator (default: nothing real moves), or the name of a real table, which asks for confirmation first",
+    )
+    _bus(run)
+    run.add_argument("--out", type=Path, metavar="FILE.mcap", help="where to record (default: ./runs/SCENE-TIME.mcap)")
+    run.add_argument("--view", action="store_true", help="open a Rerun viewer (on 127.0.0.1) and follow the run in it")
+    run.add_argument("--no-rrd", action="store_true", help="write no .rrd beside the recording")
+
+    emulate = _command(
+        commands,
+        "emulate",
+        "be the emulated table and specimen of a scene, in a process of its own, until Ctrl-C",
+        "exit codes: 0 stopped by Ctrl-C, 2 bad input",
+    )
+    _scene(emulate)
+    _bus(emulate, "udp_multicast")
+
+    replay = _command(
+        commands,
+        "replay",
+        "feed a recorded base motion to the same live code and compare the predictions",
+        "exit codes: 0 the predictions agree, 1 they do not, 2 bad input",
+    )
+    replay.add_argument("file", type=Path, metavar="FILE.mcap")
+    replay.add_argument(
+        "--speed", type=float, metavar="X", help="1 is real time, 0.1 a tenth of it (default: as fast as it goes)"
+    )
+
+    view = _command(commands, "view", "open a recording in Rerun", "exit codes: 0 shown or written, 2 bad input")
+    view.add_argument("file", type=Path, metavar="FILE.mcap")
+    view.add_argument("--out", type=Path, metavar="FILE.rrd", help="write a Rerun file instead of opening a viewer")
+    return top
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; return its exit code."""
+    options = parser().parse_args(arguments)
+    command = import_module(f"twin.commands.{options.command}")
+    from twin.errors import InputError
+
+    try:
+        return command.run(options)
+    except InputError as error:
+        print(f"twin {options.command}: {error}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:
+        # The reader of our output has gone (twin ... | head): nothing to say to nobody.
+        sys.stderr.close()
+        return 1
+
+
+def _command(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser],  # pyright: ignore[reportPrivateUsage]
+    name: str,
+    purpose: str,
+    codes: str,
+) -> argparse.ArgumentParser:
+    command = commands.add_parser(name, help=purpose, description=purpose[0].upper() + purpose[1:] + ".", epilog=codes)
+    command.add_argument("--json", action="store_true", help="print one JSON object instead of text")
+    return command
+
+
+def _scene(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "scene",
+        nargs="?",
+        default=DEFAULT_SCENE,
+        metavar="SCENE",
+        help=f"name of a shipped scene (see `twin scenes`) or path of a .toml file (default: {DEFAULT_SCENE})",
+    )
+    command.add_argument(
+        "--record", type=Path, metavar="FILE.at2", help="shake with this earthquake record (PEER AT2 or CSV) instead"
+    )
+    command.add_argument(
+        "--scale", type=float, default=1.0, metavar="X", help="factor on the record's acceleration (default: 1)"
+    )
+
+
+def _bus(command: argparse.ArgumentParser, default: str = "virtual") -> None:
+    command.add_argument(
+        "--bus",
+        default=default,
+        metavar="INTERFACE",
+        help="python-can interface: virtual (inside this process), udp_multicast (`twin emulate` is the other one, on "
+        f"this machine), socketcan and others for real tables (default: {default})",
+    )
+    command.add_argument("--channel", metavar="NAME", help="the interface's channel, e.g. can0")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

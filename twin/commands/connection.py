@@ -1,0 +1,128 @@
+"""Opening the table a run asks for: emulated in this process, emulated in another one, or real and confirmed."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Generator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from devices.catalogue import CatalogueEntry
+from devices.cia402.buses import CanBus, open_bus
+from devices.cia402.master import Cia402Table
+from devices.errors import BusUnavailable, UnknownDevice
+from devices.quanser_st3.emulator import EmulatedSt3
+from excitation import Capacity
+from twin.commands.inputs import device_of
+from twin.errors import InputError, did_you_mean
+from twin.scene import Scene
+from twin.specimen import Specimen, specimen_of
+
+EMULATOR = "emulator"
+LOCAL_BUSES = ("virtual", "udp_multicast")
+"""Buses on which an emulator may be assumed: nothing real hears them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """An opened table, and how the specimen on it is let go."""
+
+    table: Cia402Table
+    release: Callable[[], None]
+
+    def frames(self) -> str:
+        """Return what was heard on the bus that was no answer."""
+        return str(self.table.counts)
+
+
+@contextmanager
+def connect(options: argparse.Namespace, scene: Scene, capacity: Capacity) -> Generator[Connection]:
+    """Open the table; raises `InputError` where it cannot be had, before anything moves."""
+    entry = _entry(options, scene)
+    cycle_time = 1.0 / scene.twin.cycle_hz
+    with ExitStack() as stack:
+        idle: Callable[[], None] | None = None
+        release: Callable[[], None] = _nothing
+        channel = options.channel
+        if options.bus == "virtual":
+            channel = channel or f"twin-{os.getpid()}"
+            specimen = specimen_of(scene)
+            other = stack.enter_context(_bus("virtual", channel))
+            emulator = emulate(entry, other, scene, capacity, specimen)
+            idle, release = emulator.service, specimen.release
+        bus = stack.enter_context(_bus(options.bus, channel))
+        try:
+            table = entry.open_table(bus, capacity=capacity, cycle_time=cycle_time, idle=idle)
+        except BusUnavailable as error:
+            raise InputError(str(error)) from None
+        yield Connection(table, release)
+
+
+def emulate(entry: CatalogueEntry, bus: CanBus, scene: Scene, capacity: Capacity, specimen: Specimen) -> EmulatedSt3:
+    """Return the scene's emulated table with its specimen, on a bus."""
+    return entry.emulator(
+        bus,
+        rng=np.random.default_rng(scene.table.seed),
+        specimen=specimen,
+        capacity=capacity,
+        cycle_time=1.0 / scene.twin.cycle_hz,
+        initial_rotation=specimen.rotation,
+        rotation_noise=scene.table.specimen.rotation_noise_rad,
+    )
+
+
+def emulated(scene: Scene) -> CatalogueEntry:
+    """Return the scene's device where it has an emulator; raises `InputError` in one sentence otherwise."""
+    entry = device_of(scene)
+    try:
+        _ = entry.emulator
+    except UnknownDevice as error:
+        raise InputError(f"scene {scene.name}: {error}") from None
+    return entry
+
+
+def _entry(options: argparse.Namespace, scene: Scene) -> CatalogueEntry:
+    if options.device == EMULATOR:
+        if options.bus not in LOCAL_BUSES:
+            raise InputError(
+                f"--bus {options.bus} may have a real table on it: name the table with --device {scene.table.device}"
+            )
+        return emulated(scene)
+    entry = device_of(scene)
+    if options.device != entry.name:
+        raise InputError(
+            f"no device named {options.device!r} for this scene{did_you_mean(options.device, (EMULATOR, entry.name))}"
+        )
+    if not entry.has_driver:
+        raise InputError(f"{entry.name} has no driver yet; it can only be planned for")
+    if options.bus == "virtual":
+        raise InputError(f"--device {entry.name} needs the bus it is on: give --bus (and --channel)")
+    _confirm(entry.name)
+    return entry
+
+
+def _confirm(name: str) -> None:
+    """Ask for the device's name, typed; anything else is no."""
+    if not sys.stdin.isatty():
+        raise InputError(f"--device {name} moves a real table: it is confirmed at a terminal, which this is not")
+    print(
+        f"This moves the real table {name}. Stand clear, hand on the emergency stop. Type its name to go on: ", end=""
+    )
+    sys.stdout.flush()
+    if sys.stdin.readline().strip() != name:
+        raise InputError(f"--device {name} was not confirmed: nothing moved")
+
+
+def _bus(interface: str, channel: str | None) -> CanBus:
+    try:
+        return open_bus(interface, channel)
+    except BusUnavailable as error:
+        raise InputError(str(error)) from None
+
+
+def _nothing() -> None:
+    """Let go of nothing: whoever holds the specimen lets it go."""

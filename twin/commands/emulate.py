@@ -1,0 +1,49 @@
+"""`twin emulate`: table and specimen of a scene in a process of their own, for `twin run` in another one."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import signal
+import sys
+import threading
+
+from devices.cia402.buses import open_bus
+from devices.errors import BusUnavailable, DeviceError
+from twin.commands.connection import LOCAL_BUSES, emulate, emulated
+from twin.commands.inputs import capacity_for, scene_of
+from twin.errors import InputError
+from twin.rocking.track import warm_up
+from twin.specimen import specimen_of
+
+
+def run(options: argparse.Namespace) -> int:
+    """Serve until Ctrl-C (or SIGTERM), then bring the table to rest."""
+    scene = scene_of(options)
+    entry = emulated(scene)
+    if options.bus == "virtual":
+        raise InputError(f"--bus virtual ends at this process: use {LOCAL_BUSES[1]}, or `twin run` alone")
+    warm_up()
+    stop = threading.Event()
+
+    def end(*_: object) -> None:
+        stop.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, end)
+    try:
+        with open_bus(options.bus, options.channel) as bus:
+            specimen = specimen_of(scene)
+            emulator = emulate(entry, bus, scene, capacity_for(scene), specimen)
+            # The emulator holds the block until its drive is enabled: two cycles before the host's first.
+            specimen.release()
+            where = {"scene": scene.name, "device": entry.name, "bus": str(bus)}
+            text = json.dumps(where) if options.json else f"{entry.name} of {scene.name} on {bus}; Ctrl-C ends it"
+            print(text, flush=True)
+            emulator.serve(stop)
+    except BusUnavailable as error:
+        raise InputError(str(error)) from None
+    except DeviceError as error:
+        print(f"twin emulate: {error}", file=sys.stderr)
+        return 2
+    return 0

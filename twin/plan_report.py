@@ -1,0 +1,171 @@
+"""A plan in words and as data."""
+
+from __future__ import annotations
+
+import math
+
+from excitation import Clipped
+from twin.plan import MARGIN_RANGE, Plan
+from twin.rocking.response import Outcome, Response
+
+
+def sentences(plan: Plan) -> list[str]:
+    """Return the plan as lines of text: table, clip, prediction, margin, futures, verdict."""
+    lines = [f"scene      {plan.scene.name}: {plan.scene.title}", _block_line(plan), _table_line(plan)]
+    if plan.clipped is not None:
+        lines += clip_lines(plan.clipped)
+    if plan.response is None or plan.futures is None:
+        return [*lines, f"verdict    not feasible: {plan.capacity.name} cannot make this excitation"]
+    lines.append(f"predicted  {response_line(plan.response, plan.block.slenderness)}")
+    lines.append(_margin_line(plan))
+    twin = plan.scene.twin
+    spreads = (
+        f"restitution +-{twin.restitution_spread:g}, slenderness +-{twin.slenderness_spread_percent:g} %, "
+        f"tilt at the pulse +-{twin.initial_tilt_spread_deg:g} deg"
+    )
+    undecided = f", {plan.futures.undecided} undecided" if plan.futures.undecided else ""
+    lines.append(f"futures    {plan.futures.overturned} of {plan.futures.count} overturn{undecided} ({spreads})")
+    lines.append(f"verdict    {verdict(plan)}")
+    return lines
+
+
+def clip_lines(clipped: Clipped) -> list[str]:
+    """Return what the table can make of what was asked."""
+    lines = [f"asked      {describe(clipped.asked)}"]
+    lines += [f"limit      {limit.sentence}" for limit in clipped.limits]
+    if clipped.given is None:
+        lines.append("given      nothing: no pulse of this kind fits")
+    elif clipped.changed:
+        lines.append(f"given      {describe(clipped.given)} ({clipped.factor:.4f} of the amplitude)")
+    else:
+        lines.append("given      as asked")
+    if clipped.suggestion is not None:
+        lines.append(f"suggestion {describe(clipped.suggestion)}")
+    return lines
+
+
+def verdict(plan: Plan) -> str:
+    """Return one clause: feasible or not, stays up or falls."""
+    if plan.response is None:
+        return "not feasible"
+    can = "feasible as asked" if plan.feasible else "not feasible as asked: clipped"
+    does = {
+        Outcome.STAYED: "the block does not move",
+        Outcome.ROCKED: "the block rocks and stays up",
+        Outcome.OVERTURNED: "THE BLOCK OVERTURNS",
+        Outcome.UNDECIDED: "the outcome is undecided: one rounding of an input changes it",
+    }
+    return f"{can}; {does[plan.response.outcome]}"
+
+
+def response_line(response: Response, slenderness: float) -> str:
+    """Return the predicted motion in one line."""
+    if response.outcome is Outcome.STAYED:
+        return "stays: the base acceleration never passes g tan(alpha)"
+    peak = f"peak {response.peak_rotation:.4f} rad ({response.peak_rotation / slenderness:.2f} of alpha)"
+    count = len(response.impact_times)
+    lift = f"uplift at {response.uplift_time:.3f} s"
+    if response.outcome is Outcome.OVERTURNED:
+        before = [t for t in response.impact_times if t < (response.overturning_time or math.inf)]
+        when = "" if response.overturning_time is None else f" at {response.overturning_time:.3f} s"
+        return f"overturns{when} after {_counted(len(before), 'impact')}; {lift}"
+    rest = "" if response.rest_time is None else f", at rest from {response.rest_time:.3f} s"
+    return f"{response.outcome.value}: {peak}; {lift}, {_counted(count, 'impact')}{rest}"
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def describe(pulse: object) -> str:
+    """Return a pulse with its numbers and what they come to."""
+    from excitation import Pulse
+
+    if not isinstance(pulse, Pulse):
+        return str(pulse)
+    return (
+        f"{pulse.kind}: {pulse.peak_acceleration:.3f} m/s2, {pulse.peak_velocity:.3f} m/s, "
+        f"{pulse.travel * 1e3:.1f} mm of stroke, {pulse.duration:.3f} s"
+    )
+
+
+def _block_line(plan: Plan) -> str:
+    block = plan.block
+    how = "Housner" if plan.scene.block.restitution is None else "given"
+    return (
+        f"block      {block.width * 1e3:g} x {block.height * 1e3:g} mm, alpha {block.slenderness:.4f} rad, "
+        f"p {block.frequency_parameter:.3f} rad/s, restitution {plan.restitution:.4f} ({how}), "
+        f"lifts above {block.uplift_acceleration:.3f} m/s2"
+    )
+
+
+def _table_line(plan: Plan) -> str:
+    capacity = plan.capacity
+    texts = sorted(set(capacity.provenance.values()))
+    source = f" [{'; '.join(texts)}]" if texts else ""
+    return (
+        f"table      {capacity.name}: {capacity.stroke * 1e3:g} mm, {capacity.velocity:g} m/s, "
+        f"{capacity.acceleration:g} m/s2{source}"
+    )
+
+
+def _margin_line(plan: Plan) -> str:
+    margin = plan.margin
+    if margin is None:
+        return "margin     none: nothing shakes"
+    change = "stands" if plan.response is not None and plan.response.outcome is Outcome.OVERTURNED else "overturns"
+    nearest = margin.smallest
+    if nearest is None:
+        return f"margin     no change of amplitude within +-{MARGIN_RANGE:.0%} changes the outcome"
+    known = [value for value in (margin.down, margin.up) if value is not None]
+    both = " and ".join(f"{value:+.2%}" for value in known)
+    return f"margin     {nearest:+.2%} of amplitude: then it {change} (nearest changes of outcome: {both})"
+
+
+def as_data(plan: Plan) -> dict[str, object]:
+    """Return the plan for `--json`; SI units, None where something does not exist."""
+    response, margin, futures, clipped = plan.response, plan.margin, plan.futures, plan.clipped
+    return {
+        "scene": plan.scene.name,
+        "feasible_as_asked": plan.feasible,
+        "stays_up": plan.stays_up,
+        "verdict": verdict(plan),
+        "block": {
+            "slenderness_rad": plan.block.slenderness,
+            "frequency_parameter_rad_s": plan.block.frequency_parameter,
+            "restitution": plan.restitution,
+            "uplift_acceleration_m_s2": plan.block.uplift_acceleration,
+        },
+        "table": plan.capacity.model_dump(mode="json"),
+        "clip": None if clipped is None else _clip_data(clipped),
+        "prediction": None
+        if response is None
+        else {
+            "outcome": response.outcome.value,
+            "peak_rotation_rad": response.peak_rotation,
+            "uplift_time_s": response.uplift_time,
+            "impact_times_s": response.impact_times.tolist(),
+            "impact_rates_rad_s": response.impact_rates.tolist(),
+            "rest_time_s": response.rest_time,
+            "overturning_time_s": response.overturning_time,
+            "rotation_error_rad": response.rotation_error,
+        },
+        "margin": None if margin is None else {"smallest": margin.smallest, "up": margin.up, "down": margin.down},
+        "futures": None
+        if futures is None
+        else {"count": futures.count, "overturned": futures.overturned, "undecided": futures.undecided},
+    }
+
+
+def _clip_data(clipped: Clipped) -> dict[str, object]:
+    return {
+        "asked": describe(clipped.asked),
+        "given": None if clipped.given is None else describe(clipped.given),
+        "changed": clipped.changed,
+        "factor": clipped.factor,
+        "limits": [
+            {"name": limit.name, "asked": limit.asked, "limit": limit.limit, "unit": limit.unit, "text": limit.sentence}
+            for limit in clipped.limits
+        ],
+        "suggestion": None if clipped.suggestion is None else describe(clipped.suggestion),
+    }

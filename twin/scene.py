@@ -1,0 +1,116 @@
+"""A scene: block, excitation, table and twin, as one TOML file with the units in the names of its keys."""
+
+from __future__ import annotations
+
+import tomllib
+from importlib.resources import files
+from pathlib import Path
+
+from pydantic import PrivateAttr, ValidationError
+
+from excitation import Pulse
+from twin.errors import InputError, did_you_mean, sentence
+from twin.scene_parts import PARTS, BlockPart, Excitation, Part, RecordPart, TablePart, TwinPart
+from twin.text_file import read_text
+
+
+class Scene(Part):
+    """Everything a run is made of. Read one with `load_scene`."""
+
+    title: str = ""
+    block: BlockPart
+    excitation: Excitation
+    table: TablePart
+    twin: TwinPart = TwinPart()
+    _name: str = PrivateAttr("scene")
+    _folder: Path = PrivateAttr(Path())
+
+    @property
+    def name(self) -> str:
+        """The scene's short name: the file's, without its ending."""
+        return self._name
+
+    @property
+    def folder(self) -> Path:
+        """Where relative paths in the scene start."""
+        return self._folder
+
+    def pulse(self) -> Pulse | None:
+        """Return the excitation asked for, in SI units; None where nothing shakes.
+
+        Raises
+        ------
+        InputError
+            Where its numbers or its file cannot be used.
+        """
+        try:
+            return self.excitation.pulse(self.block.gravity_m_s2, self._folder)
+        except ValidationError as error:
+            raise InputError(sentence(error, f"scene {self._name}: excitation", _keys_at)) from None
+        except InputError:
+            raise
+        except ValueError as error:
+            raise InputError(f"scene {self._name}: excitation: {error}") from None
+
+    def with_record(self, path: Path, scale: float = 1.0) -> Scene:
+        """Return this scene shaken by a record file instead; `path` starts at the working folder."""
+        record = RecordPart(kind="record", path=str(path.absolute()), scale=scale)
+        return _placed(self.model_copy(update={"excitation": record}), self._name, self._folder)
+
+
+def shipped_scenes() -> dict[str, str]:
+    """Return the scenes that come with the package: name -> TOML text."""
+    folder = files("twin") / "scenes"
+    texts = {item.name.removesuffix(".toml"): item for item in folder.iterdir() if item.name.endswith(".toml")}
+    return {name: texts[name].read_text(encoding="utf-8") for name in sorted(texts)}
+
+
+def load_scene(name: str) -> Scene:
+    """Return a shipped scene by name, or a scene file by its path (anything with a folder or ending in .toml).
+
+    Raises
+    ------
+    InputError
+        One sentence: no such scene, unreadable, no TOML, an unknown key, a number outside its range.
+    """
+    path = Path(name)
+    if path.suffix == ".toml" or len(path.parts) > 1:
+        return parse_scene(read_text(path), name=path.stem, folder=path.parent)
+    shipped = shipped_scenes()
+    if name not in shipped:
+        raise InputError(f"no scene named {name!r}{did_you_mean(name, shipped)}; or give the path of a .toml file")
+    return parse_scene(shipped[name], name=name, folder=Path())
+
+
+def parse_scene(text: str, *, name: str, folder: Path) -> Scene:
+    """Return the scene a TOML text describes; raises `InputError`."""
+    try:
+        tables = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"scene {name} is no TOML: {error}") from None
+    try:
+        scene = Scene.model_validate(tables)
+        scene.block.block()
+    except ValidationError as error:
+        raise InputError(sentence(error, f"scene {name}", _keys_at)) from None
+    return _placed(scene, name, folder)
+
+
+def parse_scene_json(text: str, *, name: str, folder: Path) -> Scene:
+    """Return the scene a recording holds as JSON; raises `InputError`."""
+    try:
+        return _placed(Scene.model_validate_json(text), name, folder)
+    except ValidationError as error:
+        raise InputError(sentence(error, f"recorded scene {name}", _keys_at)) from None
+
+
+def _placed(scene: Scene, name: str, folder: Path) -> Scene:
+    scene._name = name  # pyright: ignore[reportPrivateUsage]
+    scene._folder = folder  # pyright: ignore[reportPrivateUsage]
+    return scene
+
+
+def _keys_at(place: tuple[str | int, ...]) -> list[str]:
+    """Return the keys known at the place of an unknown one."""
+    model = PARTS.get(str(place[-2]), Scene) if len(place) > 1 else Scene
+    return list(model.model_fields)

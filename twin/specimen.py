@@ -1,0 +1,50 @@
+"""The emulated block that stands on an emulated table: its own parameters, slightly off the twin's."""
+
+from __future__ import annotations
+
+import math
+
+from twin.rocking.block import Block
+from twin.rocking.track import TrackedBlock
+from twin.scene import Scene
+
+
+class Specimen:
+    """A block on the emulated table; held at its initial tilt until it is let go.
+
+    An instance is the callable that an emulated table wants: (duration s, base acceleration at the start and at the
+    end, m/s2) -> rotation, rad.
+    """
+
+    def __init__(self, block: Block, restitution: float, initial_rotation: float) -> None:
+        self._tracked = TrackedBlock(block, restitution, initial_rotation)
+        self._held = initial_rotation != 0.0
+
+    def __call__(self, duration: float, start_acceleration: float, end_acceleration: float) -> float:
+        if not self._held:
+            self._tracked.advance(duration, start_acceleration, end_acceleration)
+        return self._tracked.rotation
+
+    @property
+    def rotation(self) -> float:
+        """Rotation now, rad."""
+        return self._tracked.rotation
+
+    def release(self) -> None:
+        """Let the block go."""
+        self._held = False
+
+
+def specimen_of(scene: Scene) -> Specimen:
+    """Return the scene's emulated block: the twin's, with the changes of `[table.specimen]`.
+
+    The slenderness changes at the same diagonal; the restitution is the changed one of the twin, at most 1.
+    """
+    block = scene.block.block()
+    change = scene.table.specimen
+    alpha = min(block.slenderness * (1.0 + 0.01 * change.slenderness_change_percent), 1.5)
+    diagonal = 2.0 * block.half_diagonal
+    other = Block(diagonal * math.sin(alpha), diagonal * math.cos(alpha), block.mass, block.gravity)
+    eta = block.housner_restitution if scene.block.restitution is None else scene.block.restitution
+    restitution = min(eta * (1.0 + 0.01 * change.restitution_change_percent), 1.0)
+    return Specimen(other, restitution, math.radians(scene.block.initial_rotation_deg))
