@@ -199,7 +199,8 @@ class _Loop:
     def run(self, last: int, stopped: Callable[[], bool]) -> None:
         """Execute or miss the cycles 0 to `last`, or stop the table."""
         dt = self.table.cycle_time
-        self._targets = np.asarray(self.motion.displacement(dt * np.arange(1, last + 2))).tolist()
+        ends = np.arange(1, last + 2, dtype=np.float64) * dt
+        self._targets = self.motion.displacement(ends).tolist()
         begin = self.clock.now()
         k = 0
         while k <= last:

@@ -12,6 +12,7 @@ import numpy as np
 from twin.errors import InputError
 from twin.plan import Plan
 from twin.plan_report import sentences
+from twin.rocking.compiled import FloatArray
 
 HEAD, WIDTH = 11, 110
 """Characters of a line's head, and of its body before it is folded."""
@@ -96,7 +97,7 @@ def _position(axes: Any, plan: Plan, end: float) -> None:
     if motion is None:
         return
     t = _dense(motion.breakpoints, end)
-    axes.plot(t, 1e3 * np.asarray(motion.displacement(t)), color=GIVEN, lw=1.4, label="base")
+    axes.plot(t, 1e3 * motion.displacement(t), color=GIVEN, lw=1.4, label="base")
     half = 0.5e3 * plan.capacity.stroke
     for sign in (1, -1):
         axes.axhline(sign * half, color="black", lw=0.8, label="stroke" if sign > 0 else None)
@@ -128,9 +129,9 @@ def _rotation(axes: Any, plan: Plan, end: float) -> None:
     axes.set_xlabel("time from the start of the run [s]")
 
 
-def _dense(breakpoints: Any, end: float) -> Any:
+def _dense(breakpoints: FloatArray, end: float) -> FloatArray:
     """Return times from 0 to `end`, with both sides of every break point."""
-    marks = np.asarray(breakpoints)
+    marks = breakpoints
     marks = marks[(marks >= 0.0) & (marks <= end)]
     both = np.concatenate([np.linspace(0.0, end, 3000), marks, np.nextafter(marks[marks > 0.0], -math.inf)])
     return np.unique(both)

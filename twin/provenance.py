@@ -7,6 +7,7 @@ import platform
 import subprocess
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import cast
 
 NUMERIC_PACKAGES = ("shake-table-twin", "numpy", "numba", "llvmlite")
 """Packages that take part in a prediction; equal versions on equal processors give equal bits."""
@@ -62,7 +63,7 @@ def processor() -> dict[str, str]:
     """Return the processor's name and the features the compiler may use."""
     import llvmlite.binding as llvm  # pyright: ignore[reportMissingTypeStubs]
 
-    features = llvm.get_host_cpu_features()
+    features = cast("dict[str, bool]", llvm.get_host_cpu_features())
     return {
         "machine": platform.machine(),
         "system": platform.system(),

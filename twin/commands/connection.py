@@ -40,9 +40,10 @@ class Connection:
 
 
 @contextmanager
-def connect(options: argparse.Namespace, scene: Scene, capacity: Capacity) -> Generator[Connection]:
+def connect(
+    options: argparse.Namespace, scene: Scene, entry: CatalogueEntry, capacity: Capacity
+) -> Generator[Connection]:
     """Open the table; raises `InputError` where it cannot be had, before anything moves."""
-    entry = _entry(options, scene)
     cycle_time = 1.0 / scene.twin.cycle_hz
     with ExitStack() as stack:
         idle: Callable[[], None] | None = None
@@ -85,7 +86,8 @@ def emulated(scene: Scene) -> CatalogueEntry:
     return entry
 
 
-def _entry(options: argparse.Namespace, scene: Scene) -> CatalogueEntry:
+def device_for(options: argparse.Namespace, scene: Scene) -> CatalogueEntry:
+    """Return the device of `--device`, a real one confirmed by its typed name; raises `InputError`."""
     if options.device == EMULATOR:
         if options.bus not in LOCAL_BUSES:
             raise InputError(

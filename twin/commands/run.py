@@ -10,16 +10,15 @@ import sys
 from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
-from functools import partial
 from pathlib import Path
 
 from devices.clock import WallClock
 from devices.errors import DeviceError
 from recordings.errors import RecordingError
 from recordings.geometry import Geometry
+from recordings.live_view import LiveView
 from recordings.recorder import Recorder, RecorderReport
-from recordings.spool import Spool
-from twin.commands.connection import Connection, connect
+from twin.commands.connection import Connection, connect, device_for
 from twin.commands.inputs import capacity_for, scene_of
 from twin.commands.progress import Progress
 from twin.commands.replay import live_twin
@@ -36,23 +35,24 @@ from twin.scene import Scene
 def run(options: argparse.Namespace) -> int:
     """Perform the scene; 0 performed, 1 tripped."""
     scene = scene_of(options)
+    entry = device_for(options, scene)
     capacity = capacity_for(scene)
     rehearsal = rehearse(scene, capacity)
     path = options.out or Path("runs") / f"{scene.name}-{datetime.now(UTC):%Y%m%dT%H%M%S}.mcap"
     metadata = _metadata(scene, rehearsal, options)
     geometry = Geometry(rehearsal.block.width, rehearsal.block.height)
-    _tell(options, _before(scene, rehearsal))
     warm_up()
     try:
         with ExitStack() as stack:
-            link = stack.enter_context(connect(options, scene, capacity))
+            link = stack.enter_context(connect(options, scene, entry, capacity))
             recorder = Recorder(path, metadata, geometry)
             stack.callback(recorder.finish)
             sink: Sink = recorder
             if options.view:
-                viewer = _viewer(metadata, geometry)
-                stack.callback(viewer.close, None, limit=2.0)
+                viewer = LiveView(metadata, geometry)
+                stack.callback(viewer.close)
                 sink = Tee(recorder, viewer)
+            _tell(options, _before(scene, rehearsal))
             report = _perform(options, scene, rehearsal, link, sink)
             written = recorder.finish(_closing(report, link))
     except RecordingError as error:
@@ -105,12 +105,6 @@ def _interruptible() -> Generator[Callable[[], bool]]:
         yield lambda: asked
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def _viewer(metadata: dict[str, dict[str, str]], geometry: Geometry) -> Spool:
-    from recordings.rerun_view import LiveFeed
-
-    return Spool(partial(LiveFeed, metadata, geometry), name="viewer")
 
 
 def _rrd(path: Path) -> Path | None:

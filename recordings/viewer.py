@@ -1,0 +1,84 @@
+"""Start a Rerun viewer that only this machine can reach."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from devices.clock import WallClock
+from recordings.errors import RecordingError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+LOOPBACK = "127.0.0.1"
+POLL_INTERVAL = 0.05
+"""Time between two looks whether the viewer listens, s."""
+START_LIMIT = 30.0
+"""Most time a viewer may take to listen, s."""
+
+
+@dataclass(frozen=True)
+class Viewer:
+    """A running viewer: its process and the address it takes data at."""
+
+    process: subprocess.Popen[bytes]
+    url: str
+
+
+def start_viewer(arguments: Sequence[str] = ()) -> Viewer:
+    """Start a viewer on a free port of the loopback interface and wait until it listens.
+
+    `rerun.spawn` is not used: it cannot be told an interface, and Rerun's servers bind every one unless told.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        More arguments of the `rerun` command, such as ``("--headless",)``.
+
+    Raises
+    ------
+    RecordingError
+        The viewer ended at once (no display, no graphics driver) or did not listen in time.
+    """
+    with socket.socket() as probe:
+        probe.bind((LOOPBACK, 0))
+        port = int(probe.getsockname()[1])
+    command = [*_program(), "--bind", LOOPBACK, "--port", str(port), *arguments]
+    # A session of its own: the viewer outlives a Ctrl-C in the terminal. Its log would drown the run's own lines.
+    process = subprocess.Popen(  # noqa: S603
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "RERUN_APP_ONLY": "true"},
+        start_new_session=True,
+    )
+    clock = WallClock()
+    deadline = clock.now() + START_LIMIT
+    while process.poll() is None and clock.now() < deadline:
+        try:
+            socket.create_connection((LOOPBACK, port), timeout=1.0).close()
+        except OSError:
+            clock.wait_until(clock.now() + POLL_INTERVAL)
+        else:
+            return Viewer(process, f"rerun+http://{LOOPBACK}:{port}/proxy")
+    if process.poll() is None:
+        process.kill()
+        raise RecordingError(f"the Rerun viewer did not start within {START_LIMIT:g} s")
+    raise RecordingError(f"the Rerun viewer ended at once (exit code {process.returncode}): is there a display?")
+
+
+def _program() -> list[str]:
+    # The program itself where it is where the wheel puts it: ending the Python wrapper would leave the viewer running.
+    package = find_spec("rerun_cli")
+    if package is None or package.origin is None:
+        raise RecordingError("the Rerun viewer is not installed: rerun-sdk brings it")
+    program = Path(package.origin).with_name("rerun.exe" if sys.platform == "win32" else "rerun")
+    return [str(program)] if program.is_file() else [sys.executable, "-m", "rerun_cli"]
