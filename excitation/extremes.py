@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 # Points of a table, in order: piece numbers and local times, s.
 Points: TypeAlias = tuple[Indices, Array]
 
-# A step of the acceleration below this share of its peak is rounding (sin(2 pi n), the last digit of a ramp), no jump.
+# A step of the acceleration below this share of its peak, or of 1 m/s2 if that is more, is no jump but rounding: of
+# sin(2 pi n), or of the length of a ramp, which at 10 s into a run is known to 2e-15 s.
 JUMP_TOLERANCE: Final = 1e-9
 
 # Halvings after which a bracket is narrower than the spacing of doubles in it.
@@ -56,13 +57,13 @@ def extremes(table: PieceTable) -> Extremes:
     points = with_crossings(table, points, "acceleration")
     velocity = float(np.abs(table.velocity_in(*points)).max())
     displacement = table.displacement_in(*with_crossings(table, points, "velocity"))
-    jump = float(np.abs(steps(table)).max())
+    jump = float(np.abs(jumps(table)).max())
     return Extremes(
         acceleration=(float(acceleration.min()), float(acceleration.max())),
         velocity=velocity,
         displacement=(float(displacement.min()), float(displacement.max())),
         jerk=_jerk(table),
-        jump=jump if jump > JUMP_TOLERANCE * float(np.abs(acceleration).max()) else 0.0,
+        jump=jump,
     )
 
 
@@ -71,6 +72,13 @@ def steps(table: PieceTable) -> Array:
     piece, zero, tau = _ends(table)
     before = np.append(0.0, table.acceleration_in(piece, tau))
     return np.append(table.acceleration_in(piece, zero), 0.0) - before
+
+
+def jumps(table: PieceTable) -> Array:
+    """Return `steps` with those of rounding (`JUMP_TOLERANCE`) made 0."""
+    step = steps(table)
+    peak = float(np.abs(table.acceleration_in(*turning_points(table))).max())
+    return np.where(np.abs(step) > JUMP_TOLERANCE * max(peak, 1.0), step, 0.0)
 
 
 def turning_points(table: PieceTable) -> Points:

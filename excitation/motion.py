@@ -119,7 +119,8 @@ class Motion(Pulse):
         checked("settle", self.settle, "s", at_least=0.01)
         if self.wait is not None:
             checked("wait", self.wait, "s", at_least=0.01)
-        beyond = exceeded(self.pulse, self.pulse, self._terms) if self.pulse is not None else []
+        terms = self._terms
+        beyond = exceeded(self.pulse, self.pulse, terms) if self.pulse is not None else []
         if beyond:
             raise ValueError(beyond[0].sentence)
 
@@ -175,7 +176,7 @@ class Motion(Pulse):
 
     @property
     def shaking(self) -> Pulse:
-        """What shakes the block: the run from the start of the pulse to the end of the brake, as a pulse from time 0."""
+        """What shakes the block: the run from the pulse to the end of the brake, from time 0; a standstill's is all."""
         return Shaking(self)
 
     @property

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from excitation.extremes import JUMP_TOLERANCE, Points, steps, turning_points, with_crossings
+from excitation.extremes import Points, jumps, turning_points, with_crossings
 from excitation.pieces import Array, Indices, PieceTable, Span, as_spans, assemble, steady
 from excitation.pulse import Pulse
 from excitation.quantity import checked
@@ -25,7 +25,7 @@ class Ramped(Pulse):
     Parameters
     ----------
     pulse : Pulse
-        Any pulse; steps of rounding (`JUMP_TOLERANCE`) stay.
+        Any pulse; steps of rounding (`excitation.extremes.JUMP_TOLERANCE`) stay.
     jerk : float
         Slope of the ramps, m/s3, above 0.
 
@@ -69,13 +69,12 @@ class Ramped(Pulse):
 
     def _rows(self) -> Array:
         table = self.pulse._table
-        step = steps(table)
+        heights = jumps(table).tolist()
         after = np.append(table.rows[:, 2] + table.rows[:, 4] * np.sin(table.rows[:, 6]), 0.0)
-        jumps = np.abs(step) > JUMP_TOLERANCE * self.pulse.peak_acceleration
         spans: list[Span] = []
         for i, span in enumerate([*as_spans(table.rows), None]):
-            if jumps[i]:
-                height = float(step[i])
+            height = heights[i]
+            if height:
                 slope = self.jerk if height > 0.0 else -self.jerk
                 spans.append(steady(height / slope, float(after[i]) - height, slope))
             if span is not None:

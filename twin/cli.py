@@ -136,6 +136,14 @@ def _bus(command: argparse.ArgumentParser, default: str = "virtual") -> None:
         f"this machine), socketcan and others for real tables (default: {default})",
     )
     command.add_argument("--channel", metavar="NAME", help="the interface's channel, e.g. can0")
+    command.add_argument(
+        "--bus-option",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="passed on to python-can untouched, may be given again, e.g. bitrate=1000000, or port=43200 for a second "
+        "udp_multicast run on one machine",
+    )
 
 
 if __name__ == "__main__":

@@ -171,6 +171,15 @@ def perform(
     return loop.report
 
 
+PREDICTED = {
+    "uplift": "the block lifts",
+    "impact": "impact at {rate:+.4f} rad/s",
+    "rest": "the block comes to rest",
+    "overturned": "the block has fallen, at {rate:+.4f} rad/s",
+}
+"""What an event of the predicted block says; rates are those just before it."""
+
+
 class _Loop:
     def __init__(
         self,
@@ -264,7 +273,8 @@ class _Loop:
         self.report.executed += 1
         self.report.see(predicted, sample.rotation)
         for event in self.twin.block.events:
-            self._say(event.time, "info", event.name, f"predicted {event.name} at {event.rate:.4f} rad/s", now)
+            words = PREDICTED[event.name].format(rate=event.rate)
+            self._say(event.time, "info", event.name, f"predicted: {words}", now)
         while self._phases and self._phases[0].start <= sample.time:
             phase = self._phases.pop(0)
             self._say(phase.start, "info", "phase", f"{phase.name} until {phase.end:.3f} s", now)

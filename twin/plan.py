@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from excitation import Capacity, Clipped, Motion, Pulse, clip
+from excitation.demand import ends_moving
 from twin.errors import InputError
 from twin.rocking.block import Block
+from twin.rocking.compiled import FloatArray
 from twin.rocking.response import Outcome, Response
 from twin.rocking.run import parameters
 from twin.scene import Scene
@@ -82,7 +84,7 @@ class Plan:
         return self.response is not None and self.response.outcome in (Outcome.STAYED, Outcome.ROCKED)
 
 
-def make_motion(scene: Scene, capacity: Capacity | None, pulse: Pulse | None, *, wait: float | None = None) -> Motion:
+def make_motion(scene: Scene, capacity: Capacity, pulse: Pulse | None, *, wait: float | None = None) -> Motion:
     """Return the whole run of the table around `pulse`; `wait` s are left for the block before the return."""
     if pulse is None:
         duration = scene.excitation.duration_s if isinstance(scene.excitation, NoShaking) else 1.0
@@ -92,18 +94,18 @@ def make_motion(scene: Scene, capacity: Capacity | None, pulse: Pulse | None, *,
         pulse,
         POSITIONING_SHARE * block.uplift_acceleration,
         capacity=capacity,
-        brake=brake_of(scene, pulse),
-        coast=scene.table.coast_s if pulse.final_velocity != 0.0 else 0.0,
+        brake=brake_of(scene, capacity),
+        coast=scene.table.coast_s,
         settle=scene.table.settle_s,
         wait=wait,
     )
 
 
-def brake_of(scene: Scene, pulse: Pulse) -> float | None:
+def brake_of(scene: Scene, capacity: Capacity) -> float:
     """Return the deceleration that ends a pulse which ends moving, m/s2: the scene's, or half of g tan(alpha)."""
     if scene.table.brake_m_s2 is not None:
         return scene.table.brake_m_s2
-    return POSITIONING_SHARE * scene.block.block().uplift_acceleration if pulse.final_velocity != 0.0 else None
+    return min(POSITIONING_SHARE * scene.block.block().uplift_acceleration, capacity.acceleration)
 
 
 def clip_scene(scene: Scene, capacity: Capacity, pulse: Pulse) -> Clipped:
@@ -112,7 +114,7 @@ def clip_scene(scene: Scene, capacity: Capacity, pulse: Pulse) -> Clipped:
         return clip(
             pulse,
             capacity,
-            brake=brake_of(scene, pulse),
+            brake=brake_of(scene, capacity),
             coast=scene.table.coast_s,
             payload=scene.block.mass_kg,
         )
@@ -197,19 +199,19 @@ def plan_run(scene: Scene, capacity: Capacity) -> Plan:
         return Plan(scene, refusal.block, refusal.restitution, capacity, refusal.clipped, None, None, None, None)
     block, eta, motion = rehearsal.block, rehearsal.restitution, rehearsal.motion
     given = None if rehearsal.clipped is None else rehearsal.clipped.given
-    margin = None if given is None else _margin(scene, block, eta, given)
+    margin = None if given is None else _margin(scene, capacity, block, eta, given)
     futures = _futures(scene, block, eta, motion)
     return Plan(scene, block, eta, capacity, rehearsal.clipped, motion, rehearsal.response, margin, futures)
 
 
-def _margin(scene: Scene, block: Block, eta: float, pulse: Pulse) -> Margin:
+def _margin(scene: Scene, capacity: Capacity, block: Block, eta: float, pulse: Pulse) -> Margin:
     """Search both ways for the nearest amplitude with another outcome, then close in on it by bisection."""
     body = parameters(block, eta)
     tilt = math.radians(scene.block.initial_rotation_deg)
 
     def falls(change: float) -> bool | None:
-        motion = make_motion(scene, None, pulse.scaled(1.0 + change))
-        return overturns(body, motion.shaking.pieces, rotation=tilt)
+        scaled = pulse.scaled(1.0 + change)
+        return overturns(body, _braked(scaled, brake_of(scene, capacity), scene.table.coast_s), rotation=tilt)
 
     now = falls(0.0)
 
@@ -226,6 +228,18 @@ def _margin(scene: Scene, block: Block, eta: float, pulse: Pulse) -> Margin:
         return None
 
     return Margin(nearest(1.0), nearest(-1.0))
+
+
+def _braked(pulse: Pulse, brake: float, coast: float) -> FloatArray:
+    """Return the pieces of a pulse with its coast and its constant brake behind it: what `Motion.shaking` has."""
+    speed = pulse.final_velocity
+    if not ends_moving(pulse):
+        return pulse.pieces
+    end = pulse.duration
+    stop = end + coast + abs(speed) / brake
+    rows = [[end, end + coast, 0.0, 0.0, 0.0, 0.0, 0.0]] if coast > 0.0 else []
+    rows.append([end + coast, stop, -math.copysign(brake, speed), 0.0, 0.0, 0.0, 0.0])
+    return np.concatenate([pulse.pieces, np.array(rows)])
 
 
 def _futures(scene: Scene, block: Block, eta: float, motion: Motion, shown: int = 40) -> Futures:

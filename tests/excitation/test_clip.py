@@ -100,7 +100,7 @@ def assert_within(pulse: Pulse, capacity: Capacity, brake: float, coast: float) 
     if capacity.jerk is not None:
         with_ends = np.concatenate([[0.0], a, [0.0]])
         gaps = np.diff(t, prepend=0.0, append=t[-1])
-        assert (np.abs(np.diff(with_ends)) <= capacity.jerk * gaps + 1e-8 * pulse.peak_acceleration).all()
+        assert (np.abs(np.diff(with_ends)) <= capacity.jerk * gaps + 1e-8 * max(pulse.peak_acceleration, 1.0)).all()
 
 
 @given(pulses, capacities, st.floats(0.05, 1.0), st.sampled_from([0.0, 0.1]), st.sampled_from([None, "velocity"]))
@@ -177,9 +177,9 @@ def test_a_sine_is_reduced_in_amplitude_only() -> None:
     asked = SineWave(5.0, 1.0 / 0.6)
     clipped = clip(asked, ST3)
     assert [limit.sentence for limit in clipped.limits] == [
-        "single sine asks 0.286 m of stroke; quanser_st3 has 0.216 m",
         "single sine asks 0.955 m/s of velocity; quanser_st3 has 0.664 m/s",
-    ] or clipped.binding is not None
+        "single sine asks 0.286 m of stroke; quanser_st3 has 0.216 m",
+    ]
     assert isinstance(clipped.given, SineWave)
     assert (clipped.given.frequency, clipped.given.cycles) == (asked.frequency, asked.cycles)
     assert clipped.given.amplitude == pytest.approx(5.0 * clipped.factor, rel=1e-14)

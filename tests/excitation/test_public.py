@@ -30,7 +30,7 @@ def test_the_public_names() -> None:
 
 
 def test_importing_it_loads_numpy_and_pydantic_only() -> None:
-    heavy = "scipy numba can mcap rerun matplotlib twin devices recordings".split()
+    heavy = ["scipy", "numba", "can", "mcap", "rerun", "matplotlib", "twin", "devices", "recordings"]
     code = f"import sys, excitation; print([name for name in {heavy!r} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

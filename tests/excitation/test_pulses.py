@@ -6,6 +6,7 @@ import copy
 import dataclasses
 import math
 import pickle
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -94,7 +95,7 @@ def test_a_jerk_makes_trapezoids_of_the_same_change_of_speed(v: float, e: float,
 def test_motion_is_the_integral_of_the_acceleration(pulse: Pulse) -> None:
     breaks = pulse.breakpoints
     v = x = 0.0
-    for t0, t1 in zip(breaks[:-1], breaks[1:], strict=True):
+    for t0, t1 in pairwise(breaks):
         # The last instant belongs to the next piece.
         dv, _ = quad(lambda t, end=t1: pulse.acceleration(min(t, np.nextafter(end, 0.0))), t0, t1, epsabs=1e-13)
         dx, _ = quad(pulse.velocity, t0, t1, epsabs=1e-13)

@@ -48,14 +48,14 @@ def connect(
     with ExitStack() as stack:
         idle: Callable[[], None] | None = None
         release: Callable[[], None] = _nothing
-        channel = options.channel
+        channel = None
         if options.bus == "virtual":
-            channel = channel or f"twin-{os.getpid()}"
+            channel = f"twin-{os.getpid()}"
             specimen = specimen_of(scene)
-            other = stack.enter_context(_bus("virtual", channel))
+            other = stack.enter_context(bus_of(options, channel))
             emulator = emulate(entry, other, scene, capacity, specimen)
             idle, release = emulator.service, specimen.release
-        bus = stack.enter_context(_bus(options.bus, channel))
+        bus = stack.enter_context(bus_of(options, channel))
         try:
             table = entry.open_table(bus, capacity=capacity, cycle_time=cycle_time, idle=idle)
         except BusUnavailable as error:
@@ -119,9 +119,16 @@ def _confirm(name: str) -> None:
         raise InputError(f"--device {name} was not confirmed: nothing moved")
 
 
-def _bus(interface: str, channel: str | None) -> CanBus:
+def bus_of(options: argparse.Namespace, channel: str | None = None) -> CanBus:
+    """Open the bus of `--bus`, `--channel` and `--bus-option`; raises `InputError` where it cannot be had."""
+    arguments: dict[str, int | str] = {}
+    for text in options.bus_option:
+        key, equals, value = text.partition("=")
+        if not (key.isidentifier() and equals):
+            raise InputError(f"--bus-option {text} is not KEY=VALUE")
+        arguments[key] = int(value) if value.lstrip("-").isdecimal() else value
     try:
-        return open_bus(interface, channel)
+        return open_bus(options.bus, options.channel or channel, **arguments)
     except BusUnavailable as error:
         raise InputError(str(error)) from None
 

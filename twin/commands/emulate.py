@@ -8,9 +8,8 @@ import signal
 import sys
 import threading
 
-from devices.cia402.buses import open_bus
-from devices.errors import BusUnavailable, DeviceError
-from twin.commands.connection import LOCAL_BUSES, emulate, emulated
+from devices.errors import DeviceError
+from twin.commands.connection import LOCAL_BUSES, bus_of, emulate, emulated
 from twin.commands.inputs import capacity_for, scene_of
 from twin.errors import InputError
 from twin.rocking.track import warm_up
@@ -32,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, end)
     try:
-        with open_bus(options.bus, options.channel) as bus:
+        with bus_of(options) as bus:
             specimen = specimen_of(scene)
             emulator = emulate(entry, bus, scene, capacity_for(scene), specimen)
             # The emulator holds the block until its drive is enabled: two cycles before the host's first.
@@ -41,8 +40,6 @@ def run(options: argparse.Namespace) -> int:
             text = json.dumps(where) if options.json else f"{entry.name} of {scene.name} on {bus}; Ctrl-C ends it"
             print(text, flush=True)
             emulator.serve(stop)
-    except BusUnavailable as error:
-        raise InputError(str(error)) from None
     except DeviceError as error:
         print(f"twin emulate: {error}", file=sys.stderr)
         return 2
