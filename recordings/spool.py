@@ -19,6 +19,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Protocol
 
 from devices.clock import WallClock
+from devices.scheduling import PRIORITY, real_time
 from recordings.consumer import Frame, consume, pack_cycle, pack_event, pack_missed
 from recordings.errors import RecordingError
 
@@ -179,6 +180,12 @@ class Spool:
         raise RecordingError(reason)
 
     def _send(self) -> None:
+        # It shares the interpreter's lock with the cycle: an ordinary thread that is put off while it holds that lock
+        # would keep a real-time cycle waiting for milliseconds.
+        with real_time(PRIORITY - 1):
+            self._send_batches()
+
+    def _send_batches(self) -> None:
         queue = self._queue
         try:
             while True:

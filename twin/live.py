@@ -82,6 +82,7 @@ class RunReport:
     predicted_overturned: bool = False
     measured_overturned: bool = False
     timing: Lateness = field(default_factory=Lateness)
+    scheduling: str = "ordinary"
 
     @property
     def predicted_outcome(self) -> str:

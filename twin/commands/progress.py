@@ -8,6 +8,8 @@ import threading
 from types import TracebackType
 from typing import Self
 
+from devices.scheduling import PRIORITY, real_time
+
 INTERVAL = 0.1
 """Time between two lines, s."""
 
@@ -45,6 +47,11 @@ class Progress:
             sys.stderr.flush()
 
     def _draw(self) -> None:
+        # It shares the interpreter's lock with the cycle: see `recordings.spool`.
+        with real_time(PRIORITY - 2):
+            self._draw_lines()
+
+    def _draw_lines(self) -> None:
         while not self._over.wait(INTERVAL):
             if self._latest is None:
                 continue

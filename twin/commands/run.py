@@ -14,6 +14,7 @@ from pathlib import Path
 
 from devices.clock import WallClock
 from devices.errors import DeviceError
+from devices.scheduling import real_time
 from recordings.errors import RecordingError
 from recordings.geometry import Geometry
 from recordings.live_view import LiveView
@@ -73,7 +74,7 @@ def _perform(
     with link.table as table, _interruptible() as stopped:
         table.enable(rehearsal.motion.displacement(0.0))
         length = rehearsal.motion.duration + rehearsal.after
-        with Progress(length, quiet=options.json) as progress:
+        with Progress(length, quiet=options.json) as progress, real_time() as scheduling:
             report = perform(
                 table,
                 rehearsal.motion,
@@ -86,6 +87,7 @@ def _perform(
                 stopped=stopped,
                 progress=progress.show,
             )
+        report.scheduling = scheduling
         if report.tripped is None:
             table.disable()
         return report
@@ -145,6 +147,7 @@ def _closing(report: RunReport, link: Connection) -> dict[str, dict[str, str]]:
             "measured": report.measured_outcome,
             "executed": str(report.executed),
             "missed": str(report.missed),
+            "scheduling": report.scheduling,
             "frames": link.frames(),
         },
         "timing": timing,
@@ -176,7 +179,8 @@ def _after(report: RunReport, written: RecorderReport, rrd: Path | None) -> list
         f"peak       {report.predicted_peak:.4f} rad predicted, {report.measured_peak:.4f} rad measured; "
         f"largest difference {report.largest_difference:.4f} rad",
         f"cycles     {report.executed} executed, {report.missed} missed (overruns)",
-        f"timing     late by {late}; work {t['work_p50_us']:.0f} us (median), {t['work_p99_us']:.0f} (99 %)",
+        f"timing     late by {late}; work {t['work_p50_us']:.0f} us (median), {t['work_p99_us']:.0f} (99 %); "
+        f"{report.scheduling}",
         f"recording  {written.path}" + ("" if written.complete else f" INCOMPLETE: {_incomplete(written)}"),
     ]
     if rrd is not None:
@@ -201,6 +205,7 @@ def _data(scene: Scene, report: RunReport, written: RecorderReport, rrd: Path | 
         "measured": {"outcome": report.measured_outcome, "peak_rotation_rad": number(report.measured_peak)},
         "largest_difference_rad": number(report.largest_difference),
         "cycles": {"executed": report.executed, "missed": report.missed, **report.timing.percentiles()},
+        "scheduling": report.scheduling,
         "recording": str(written.path),
         "recording_complete": written.complete,
         "rrd": None if rrd is None else str(rrd),
