@@ -6,6 +6,7 @@ import os
 import socket
 import subprocess
 import sys
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -22,6 +23,8 @@ POLL_INTERVAL = 0.05
 """Time between two looks whether the viewer listens, s."""
 START_LIMIT = 30.0
 """Most time a viewer may take to listen, s."""
+WINDOW_LIMIT = 1.5
+"""Time in which a viewer without a display or a graphics driver ends, after it listens, s."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,10 @@ def start_viewer(arguments: Sequence[str] = ()) -> Viewer:
         except OSError:
             clock.wait_until(clock.now() + POLL_INTERVAL)
         else:
+            # It listens before it has a window; one that cannot have any ends within this time.
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(WINDOW_LIMIT)
+                break
             return Viewer(process, f"rerun+http://{LOOPBACK}:{port}/proxy")
     if process.poll() is None:
         process.kill()

@@ -6,6 +6,7 @@ import argparse
 import json
 
 from twin.commands.inputs import capacity_for, scene_of
+from twin.commands.progress import compiling
 from twin.plan import plan_run
 from twin.plan_report import as_data, sentences
 
@@ -13,7 +14,9 @@ from twin.plan_report import as_data, sentences
 def run(options: argparse.Namespace) -> int:
     """Plan the scene, print it, draw it; 0 feasible as asked and the block stays up, 1 otherwise."""
     scene = scene_of(options)
-    plan = plan_run(scene, capacity_for(scene))
+    capacity = capacity_for(scene)
+    with compiling(quiet=options.json):
+        plan = plan_run(scene, capacity)
     if options.out is not None:
         from twin.plan_picture import draw_plan
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import sys
 import threading
+from collections.abc import Generator
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Self
 
@@ -12,6 +14,27 @@ from devices.scheduling import PRIORITY, real_time
 
 INTERVAL = 0.1
 """Time between two lines, s."""
+
+
+PATIENCE = 1.0
+"""Time after which a user is told what is being waited for, s."""
+
+
+@contextmanager
+def compiling(*, quiet: bool = False) -> Generator[None]:
+    """Say on a terminal, where it takes longer than `PATIENCE`, that the first use compiles the solver."""
+    if quiet or not sys.stderr.isatty():
+        yield
+        return
+    told = threading.Timer(PATIENCE, sys.stderr.write, ("compiling the solver; this is done once ...",))
+    told.daemon = True
+    told.start()
+    try:
+        yield
+    finally:
+        told.cancel()
+        sys.stderr.write("\r\x1b[K")
+        sys.stderr.flush()
 
 
 class Progress:

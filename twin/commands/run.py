@@ -21,7 +21,7 @@ from recordings.live_view import LiveView
 from recordings.recorder import Recorder, RecorderReport
 from twin.commands.connection import Connection, connect, device_for
 from twin.commands.inputs import capacity_for, scene_of
-from twin.commands.progress import Progress
+from twin.commands.progress import Progress, compiling
 from twin.commands.replay import live_twin
 from twin.cycle import Sink, Tee
 from twin.errors import InputError
@@ -38,11 +38,12 @@ def run(options: argparse.Namespace) -> int:
     scene = scene_of(options)
     entry = device_for(options, scene)
     capacity = capacity_for(scene)
-    rehearsal = rehearse(scene, capacity)
+    with compiling(quiet=options.json):
+        rehearsal = rehearse(scene, capacity)
+        warm_up()
     path = options.out or Path("runs") / f"{scene.name}-{datetime.now(UTC):%Y%m%dT%H%M%S}.mcap"
     metadata = _metadata(scene, rehearsal, options)
     geometry = Geometry(rehearsal.block.width, rehearsal.block.height)
-    warm_up()
     try:
         with ExitStack() as stack:
             link = stack.enter_context(connect(options, scene, entry, capacity))
@@ -51,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
             sink: Sink = recorder
             if options.view:
                 viewer = LiveView(metadata, geometry)
-                stack.callback(viewer.close)
+                stack.callback(_end_view, viewer)
                 sink = Tee(recorder, viewer)
             _tell(options, _before(scene, rehearsal))
             report = _perform(options, scene, rehearsal, link, sink)
@@ -107,6 +108,13 @@ def _interruptible() -> Generator[Callable[[], bool]]:
         yield lambda: asked
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def _end_view(viewer: LiveView) -> None:
+    """Hand the rest to the viewer, which stays open; one that went away is said, and has cost the run nothing."""
+    viewer.close()
+    if viewer.failure is not None:
+        print(f"note: {viewer.failure}", file=sys.stderr)
 
 
 def _rrd(path: Path) -> Path | None:
