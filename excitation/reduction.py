@@ -95,8 +95,10 @@ def reduction(pulse: Pulse, capacity: Capacity, mode: Mode, give_way: GiveWay | 
     start = pulse.pulse if isinstance(pulse, Ramped) and slope is not None and pulse.jerk > slope else pulse
     start = _slowed(start, capacity)
 
+    level = min(start.peak_acceleration, capacity.acceleration * (1.0 - 2.0 * GUARD))
+
     def saturated(factor: float) -> Pulse:
-        return _ramped(Saturated(start, factor * start.peak_acceleration), capacity)
+        return _ramped(Saturated(start, factor * level), capacity)
 
     def scaled(factor: float) -> Pulse:
         return _ramped(start.scaled(factor), capacity)

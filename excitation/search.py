@@ -36,7 +36,8 @@ def largest_factor(
     smallest : float
         Least factor worth trying, from 0 to 1.
     stride : float, optional
-        Ratio, below 1, of the factors tried from 1 down to `LOWEST_STRIDE` before the bracket is made more precise.
+        Ratio, below 1, of the factors tried from 1 down to `LOWEST_STRIDE` before the bracket is made more precise;
+        where worst(smallest) does not hold, nothing is taken to.
 
     Examples
     --------
@@ -48,6 +49,8 @@ def largest_factor(
     if above <= 1.0 + ROUNDING - aim:
         return 1.0
     if stride is not None:
+        if worst(smallest) - aim > GUARD:
+            return None
         lower = stride
         while lower > LOWEST_STRIDE and (below := worst(lower) - aim) > GUARD:
             upper, above = lower, below

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from recordings.errors import RecordingError
-from twin.live import LYING, LiveTwin
+from twin.live import LiveTwin
 from twin.provenance import same_arithmetic
+from twin.run_report import LYING, SENSOR_SLACK
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -119,7 +120,7 @@ def _compare(run: Run, rotation: NDArray[np.float64], rate: NDArray[np.float64])
     )
     measured = cycles.rotation[np.isfinite(cycles.rotation)]
     standing = np.isfinite(cycles.rotation)
-    down = np.nonzero((np.abs(rotation) >= LYING) | (np.abs(cycles.rotation) >= LYING - 0.01))[0]
+    down = np.nonzero((np.abs(rotation) >= LYING) | (np.abs(cycles.rotation) >= LYING - SENSOR_SLACK))[0]
     if down.size:
         standing[down[0] :] = False
     apart = np.abs(rotation - cycles.rotation)[standing]

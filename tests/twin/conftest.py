@@ -16,8 +16,9 @@ from devices.clock import Clock, ManualClock
 from twin.commands.connection import connect
 from twin.commands.replay import live_twin
 from twin.cycle import CycleRecord, Event, Missed
-from twin.live import RunReport, perform
+from twin.live import perform
 from twin.plan import Rehearsal, rehearse
+from twin.run_report import RunReport
 from twin.scene import Scene, parse_scene
 
 SHORT = """

@@ -10,8 +10,9 @@ import pytest
 from devices.clock import ManualClock
 from tests.twin.conftest import FREE, Kept, chain, perform_on, short_scene
 from twin.commands.replay import live_twin
-from twin.live import RunReport, perform
+from twin.live import perform
 from twin.rocking.response import Outcome
+from twin.run_report import RunReport
 from twin.scene import Scene
 from twin.simulation import simulate
 

@@ -25,11 +25,12 @@ from twin.commands.progress import Progress, compiling
 from twin.commands.replay import live_twin
 from twin.cycle import Sink, Tee
 from twin.errors import InputError
-from twin.live import RunReport, perform
+from twin.live import perform
 from twin.plan import Rehearsal, rehearse
 from twin.plan_report import clip_lines
 from twin.provenance import processor, versions
 from twin.rocking.track import warm_up
+from twin.run_report import RunReport
 from twin.scene import Scene
 
 
