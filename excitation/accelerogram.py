@@ -21,7 +21,7 @@ STEP_TOLERANCE: Final = 1e-3
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[EeDd][+-]?[0-9]{1,4})?"
 _FULL_NUMBER = re.compile(_NUMBER)
 _COUNT_FIRST = re.compile(rf"\s*([0-9]{{1,9}})\s+({_NUMBER})\s+NPTS\s*,\s*DT\b", re.IGNORECASE)
-_NAME_FIRST = re.compile(rf"\s*NPTS\s*=\s*([0-9]{{1,9}})\s*,\s*DT\s*=\s*({_NUMBER})(?![^\s,])", re.IGNORECASE)
+_NAME_FIRST = re.compile(rf"\s*NPTS\s*=\s*([0-9]{{1,9}})\s*,?\s*DT\s*=\s*({_NUMBER})(?![^\s,])", re.IGNORECASE)
 _UNITS = re.compile(r"\bUNITS?\s+OF\s+\(?([^\s,;:.()]+)", re.IGNORECASE)
 
 

@@ -167,7 +167,7 @@ def clip(
         given=given,
         limits=tuple(limits),
         usage=usage,
-        factor=given.peak_acceleration / peak if given is not pulse else 1.0,
+        factor=given.peak_acceleration / peak if given is not pulse and peak > 0.0 else 1.0,
         shape_error=core.shape_error if isinstance(core, Saturated) and core is not pulse else 0.0,
         stopping_distance=terms.stop(given),
     )

@@ -47,8 +47,9 @@ def refusals(asked: Pulse, terms: Terms) -> list[Limit]:
     """Return what no smaller pulse would mend: a kind or a sense the table does not make, too heavy a payload."""
     capacity, found = terms.capacity, list[Limit]()
     if not capacity.makes(asked):
-        kinds = " and ".join(capacity.kinds or ())
-        found.append(Limit("kind", None, None, "", f"{capacity.name} makes {kinds} pulses only, no {asked.kind}"))
+        kinds = " or ".join(capacity.kinds or ())
+        sentence = f"{capacity.name} makes pulses of kind {kinds} only, no {asked.kind}"
+        found.append(Limit("kind", None, None, "", sentence))
     if capacity.one_signed and asked.acceleration_range[0] < -JUMP_TOLERANCE * asked.peak_acceleration:
         sentence = f"{asked.kind} asks acceleration towards -x; {capacity.name} has it towards +x only"
         found.append(Limit("sense", None, None, "", sentence))

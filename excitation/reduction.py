@@ -70,7 +70,7 @@ class Reduction:
         usage = terms.usage(pulse)
         if isinstance(pulse, Ramped) and "jerk" in usage:
             # The slope of the ramps is the limit itself, near enough, at every size.
-            usage["jerk"] *= pulse.pulse.peak_jerk / pulse.peak_jerk
+            usage["jerk"] = pulse.pulse.peak_jerk / terms.has("jerk")
         return max(share for name, share in usage.items() if name not in self.fixed or share > 1.0 + ROUNDING)
 
 
@@ -82,8 +82,8 @@ def reduction(pulse: Pulse, capacity: Capacity, mode: Mode, give_way: GiveWay | 
     ValueError
         One sentence: an unknown mode, or a `give_way` that is not one for this pulse and mode.
     """
-    double = isinstance(pulse, DoublePulse) and mode == "scale"
-    ways = () if mode == "saturate" else ("duration", "velocity") if double else ("amplitude",)
+    ways = ("duration", "velocity") if isinstance(pulse, DoublePulse) else ("amplitude",)
+    ways = ways if mode == "scale" else ()
     if mode not in ("scale", "saturate"):
         raise ValueError(f"mode is {mode!r}; it must be 'scale' or 'saturate'")
     if give_way is not None and give_way not in ways:
@@ -98,7 +98,8 @@ def reduction(pulse: Pulse, capacity: Capacity, mode: Mode, give_way: GiveWay | 
     level = min(start.peak_acceleration, capacity.acceleration * (1.0 - 2.0 * GUARD))
 
     def saturated(factor: float) -> Pulse:
-        return _ramped(Saturated(start, factor * level), capacity)
+        cuts = factor * level < start.peak_acceleration
+        return _ramped(Saturated(start, factor * level) if cuts else start, capacity)
 
     def scaled(factor: float) -> Pulse:
         return _ramped(start.scaled(factor), capacity)

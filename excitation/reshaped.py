@@ -93,12 +93,12 @@ class Saturated(Pulse):
     pulse : Pulse
         Any pulse.
     level : float
-        Largest |a|, m/s2, above 0.
+        Largest |a|, m/s2, at least 0.
 
     Raises
     ------
     ValueError
-        A level that is not a finite number above 0.
+        A level that is not a finite number of at least 0.
 
     Examples
     --------

@@ -38,6 +38,8 @@ class Margin:
 
     up: float | None
     down: float | None
+    searched_up: float = MARGIN_RANGE
+    """How far up was looked: less than `MARGIN_RANGE` where there is no larger pulse of the kind."""
 
     @property
     def smallest(self) -> float | None:
@@ -214,11 +216,14 @@ def _margin(scene: Scene, capacity: Capacity, block: Block, eta: float, pulse: P
         return overturns(body, _braked(scaled, brake_of(scene, capacity), scene.table.coast_s), rotation=tilt)
 
     now = falls(0.0)
+    largest = _largest_change(pulse)
 
     def nearest(direction: float) -> float | None:
         inside = 0.0
         for k in range(1, round(MARGIN_RANGE / MARGIN_STEP) + 1):
             outside = direction * k * MARGIN_STEP
+            if outside > largest:
+                return None
             if falls(outside) != now:
                 while abs(outside - inside) > 1e-9:
                     middle = 0.5 * (inside + outside)
@@ -227,7 +232,21 @@ def _margin(scene: Scene, capacity: Capacity, block: Block, eta: float, pulse: P
             inside = outside
         return None
 
-    return Margin(nearest(1.0), nearest(-1.0))
+    return Margin(nearest(1.0), nearest(-1.0), largest)
+
+
+def _largest_change(pulse: Pulse) -> float:
+    """Return the largest relative change of amplitude up to `MARGIN_RANGE` at which there still is such a pulse.
+
+    A double pulse reaches no more speed than its gap leaves room for.
+    """
+    for k in range(round(MARGIN_RANGE / MARGIN_STEP), 0, -1):
+        try:
+            pulse.scaled(1.0 + k * MARGIN_STEP)
+        except ValueError:
+            continue
+        return k * MARGIN_STEP
+    return 0.0
 
 
 def _braked(pulse: Pulse, brake: float, coast: float) -> FloatArray:

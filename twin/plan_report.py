@@ -116,7 +116,8 @@ def _margin_line(plan: Plan) -> str:
     change = "stands" if plan.response is not None and plan.response.outcome is Outcome.OVERTURNED else "overturns"
     nearest = margin.smallest
     if nearest is None:
-        return f"margin     no change of amplitude within +-{MARGIN_RANGE:.0%} changes the outcome"
+        searched = f"from {-MARGIN_RANGE:.0%} to {margin.searched_up:+.1%}"
+        return f"margin     no change of amplitude {searched} changes the outcome"
     known = [value for value in (margin.down, margin.up) if value is not None]
     both = " and ".join(f"{value:+.2%}" for value in known)
     return f"margin     {nearest:+.2%} of amplitude: then it {change} (nearest changes of outcome: {both})"

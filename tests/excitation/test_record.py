@@ -124,6 +124,7 @@ def test_the_real_record() -> None:
         "NPTS=  4, DT=   .0100 SEC",
         "NPTS=4,DT=1.0D-02",
         "  NPTS =  4 , DT = 0.01 SEC,  ",
+        "NPTS= 4 DT= .01",
     ],
 )
 def test_the_variants_of_at2(line: str) -> None:

@@ -112,6 +112,16 @@ def test_the_table_returns_when_the_block_rests() -> None:
             assert abs(rehearsal.motion.acceleration(middle)) <= 0.5 * LIMIT * (1 + 1e-9)
 
 
+def test_the_margin_of_a_double_pulse_ends_where_its_gap_does() -> None:
+    # Clipped to 9.81 m/s2 the run-up to 0.35 m/s takes 6.2 of the 6.5 mm of the gap: 2 % more speed has no room.
+    scene = short_scene('kind = "double_pulse"\npeak_velocity_m_s = 0.35\nstop_gap_mm = 6.5')
+    plan = plan_run(scene, ST3)
+    assert plan.clipped is not None
+    assert plan.clipped.given is not None
+    assert plan.margin is not None
+    assert plan.margin.up is None or plan.margin.up < 0.03
+
+
 def test_futures_repeat_with_their_seed() -> None:
     # Almost on the boundary: some fall, some do not.
     text = sine_scene(1.2, 2)
