@@ -124,10 +124,13 @@ def _event_fields(batch: bytes, offset: int) -> tuple[int, float, int, int, int,
 def consume(build: Callable[[], Consumer], inbox: Connection, replies: Connection, safe: _Shared) -> None:
     """Run in the other process: build the consumer, feed it until the pipe closes, finish it.
 
-    Ctrl-C reaches every process of a terminal: only the producer may answer it. A producer that dies closes the pipe;
-    the consumer is then finished too and told why, so that its file is whole and says what happened.
+    Ctrl-C, and the end of a terminal, reach every process in it: only the producer may answer them. A producer that
+    dies closes the pipe; the consumer is then finished too and told why, so that its file is whole and says what
+    happened.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
     if hasattr(os, "nice"):
         os.nice(NICENESS)
     with contextlib.suppress(BrokenPipeError):

@@ -242,23 +242,31 @@ def _fill(stream: rr.RecordingStream, run: Run) -> None:
 
 
 def to_rrd(run: Run, path: Path) -> None:
-    """Write `run` as a Rerun file with its blueprint; an existing file is replaced.
+    """Write `run` as a new Rerun file with its blueprint.
 
     Raises
     ------
     RecordingError
-        The file cannot be written.
+        The file exists, has another ending than .rrd, or cannot be written.
     """
+    if path.suffix.lower() != ".rrd":
+        raise RecordingError(f"{path} is not written: a Rerun file ends in .rrd")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.open("ab").close()
+        path.open("xb").close()
+    except FileExistsError:
+        raise RecordingError(f"{path} exists already and is not overwritten") from None
     except OSError as error:
         raise RecordingError(f"{path} cannot be written: {error.strerror}") from None
-    stream = rr.RecordingStream(APPLICATION)
-    stream.save(path, default_blueprint=blueprint(run.geometry, run.cycles))
-    _fill(stream, run)
-    stream.flush()
-    stream.disconnect()
+    try:
+        stream = rr.RecordingStream(APPLICATION)
+        stream.save(path, default_blueprint=blueprint(run.geometry, run.cycles))
+        _fill(stream, run)
+        stream.flush()
+        stream.disconnect()
+    except (OSError, RuntimeError, ValueError) as error:
+        # Rerun's writer is a thread of its own and says "shut down prematurely" where the disk is full.
+        raise RecordingError(f"{path} could not be written whole: {' '.join(str(error).split())}") from None
 
 
 def open_viewer(run: Run, arguments: Sequence[str] = ()) -> subprocess.Popen[bytes]:

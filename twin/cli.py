@@ -17,6 +17,8 @@ A shake-table digital twin for rocking blocks.
 """
 EXIT_CODES = "exit codes: 0 done as asked, 1 not (see each command), 2 bad input"
 DEFAULT_SCENE = "b6l_sine"
+INTERRUPTED = 130
+"""Exit code of a command ended by Ctrl-C before or after the table moved (128 + SIGINT, as shells have it)."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -43,7 +45,7 @@ def parser() -> argparse.ArgumentParser:
         commands,
         "run",
         "perform a scene live, prediction beside measurement, and record it",
-        "exit codes: 0 performed, 1 tripped (the table was stopped), 2 bad input",
+        "exit codes: 0 performed and recorded, 1 tripped (the table was stopped) or not recorded whole, 2 bad input",
     )
     _scene(run)
     run.add_argument(
@@ -94,6 +96,9 @@ def main(arguments: list[str] | None = None) -> int:
     except InputError as error:
         print(f"twin {options.command}: {error}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print(f"twin {options.command}: interrupted", file=sys.stderr)
+        return INTERRUPTED
     except BrokenPipeError:
         # The reader of our output has gone (twin ... | head): nothing to say to nobody.
         sys.stderr.close()

@@ -57,7 +57,7 @@ def perform(
     following_error: float,
     after: float = 0.0,
     release: Callable[[], None] = lambda: None,
-    stopped: Callable[[], bool] = lambda: False,
+    stopped: Callable[[], str | None] = lambda: None,
     progress: Callable[[float, float, float], None] | None = None,
 ) -> RunReport:
     """Perform `motion` on an enabled `table`, predicting from what it measures; stop it safely if anything is wrong.
@@ -78,7 +78,7 @@ def perform(
     release : callable
         Called once, after the first sample: lets go of a block held at its initial tilt. The twin's block begins there.
     stopped : callable
-        Asked every cycle whether the operator wants to stop.
+        Asked every cycle for a reason to stop (the operator, the recorder); None to go on.
     progress : callable, optional
         Called now and then with time s, predicted and measured rotation rad; it must not block.
 
@@ -136,7 +136,7 @@ class _Loop:
         self._targets: list[float] = []
         self._phases = list(motion.phases)
 
-    def run(self, last: int, stopped: Callable[[], bool]) -> None:
+    def run(self, last: int, stopped: Callable[[], str | None]) -> None:
         """Execute or miss the cycles 0 to `last`, or stop the table."""
         dt = self.table.cycle_time
         ends = np.arange(1, last + 2, dtype=np.float64) * dt
@@ -153,8 +153,7 @@ class _Loop:
                 k += gone
                 continue
             reason = self._cycle(k, lateness)
-            if reason is None and stopped():
-                reason = "operator: stop was asked"
+            reason = reason or stopped()
             if reason is not None:
                 self._trip(k, reason)
                 return
@@ -168,11 +167,14 @@ class _Loop:
         try:
             sample = self.table.exchange(k, target)
         except DeviceError as error:
+            self.sink.missed(Missed(k, k, time.time_ns()))
+            self.report.missed += 1
             return f"{type(error).__name__}: {error}"
         self._target = target
         if self.report.executed == 0:
             self.release()
         self._take(sample, target, lateness)
+        self.report.executed += 1
         self.report.timing.starts.append(lateness)
         error = abs(sample.position - answered)
         if error > self.following_error:
@@ -201,7 +203,6 @@ class _Loop:
                 sample.status,
             )
         )
-        self.report.executed += 1
         self.report.see(predicted, sample.rotation)
         for event in self.twin.block.events:
             words = PREDICTED[event.name].format(rate=event.rate)
@@ -212,15 +213,21 @@ class _Loop:
         if self.progress is not None:
             self.progress(sample.time, predicted, sample.rotation)
 
+    def _ramp(self, sample: Sample) -> None:
+        """Take a cycle of the drive's own ramp: it has no set-point of ours and no schedule to be late for."""
+        self.report.stopping += 1
+        self._take(sample, math.nan, math.nan)
+
     def _trip(self, k: int, reason: str) -> None:
         """Stop the table by the drive's own ramp, record the way down, and say why."""
         self.report.tripped = reason
         self._say(k * self.table.cycle_time, "error", "trip", reason, time.time_ns())
         try:
-            self.table.quick_stop(lambda sample: self._take(sample, sample.position, 0.0))
+            self.table.quick_stop(self._ramp)
         except DeviceError as error:
-            self.report.tripped = f"{reason}; and the stop failed: {error}"
-            self._say(k * self.table.cycle_time, "error", "stop failed", str(error), time.time_ns())
+            failed = f"the stop failed, THE TABLE MAY STILL BE MOVING: {error}"
+            self.report.tripped = f"{reason}; and {failed}"
+            self._say(k * self.table.cycle_time, "error", "stop failed", failed, time.time_ns())
         else:
             self._say(k * self.table.cycle_time, "info", "stopped", "the table is at rest, power off", time.time_ns())
 

@@ -35,14 +35,15 @@ class Lateness:
 class RunReport:
     """What a live run came to.
 
-    `tripped` says why the run was stopped, None where it was performed to its end. Peaks are largest |rotation|, rad;
-    `largest_difference` is the largest |predicted - measured| while neither block lay on its side, rad. Cycles that
-    were due are `executed` or `missed`; none is run twice.
+    `stopping` counts the cycles of the way down after a trip. `tripped` says why the run was stopped, None where it was
+    performed to its end. Peaks are largest |rotation|, rad; `largest_difference` is the largest |predicted - measured|
+    while neither block lay on its side, rad. Cycles that were due are `executed` or `missed`; none is run twice.
     """
 
     tripped: str | None = None
     executed: int = 0
     missed: int = 0
+    stopping: int = 0
     predicted_peak: float = 0.0
     measured_peak: float = math.nan
     largest_difference: float = math.nan

@@ -80,7 +80,7 @@ def chain(scene: Scene) -> Iterator[tuple[Cia402Table, Callable[[], None], Rehea
 
 
 def perform_on(
-    scene: Scene, clock: Clock | None = None, *, stopped: Callable[[], bool] = lambda: False, limit: float = 0.02
+    scene: Scene, clock: Clock | None = None, *, stopped: Callable[[], str | None] = lambda: None, limit: float = 0.02
 ) -> tuple[RunReport, Kept]:
     """Perform a scene on a manual clock; return the report and everything the sink took."""
     kept = Kept()

@@ -107,7 +107,7 @@ def test_free_rocking_starts_with_the_first_cycle() -> None:
 
 
 def test_the_operator_stops_it() -> None:
-    asked = iter([False] * 900 + [True] * 10_000)
+    asked = iter([None] * 900 + ["operator: stop was asked"] * 10_000)
     report, kept = perform_on(short_scene(), stopped=lambda: next(asked))
     assert report.tripped == "operator: stop was asked"
     assert [event.name for event in kept.events][-1] == "stopped"

@@ -87,7 +87,7 @@ def emulated(scene: Scene) -> CatalogueEntry:
 
 
 def device_for(options: argparse.Namespace, scene: Scene) -> CatalogueEntry:
-    """Return the device of `--device`, a real one confirmed by its typed name; raises `InputError`."""
+    """Return the device of `--device`; raises `InputError`. A real one is still to be confirmed: `confirm`."""
     if options.device == EMULATOR:
         if options.bus not in LOCAL_BUSES:
             raise InputError(
@@ -103,18 +103,21 @@ def device_for(options: argparse.Namespace, scene: Scene) -> CatalogueEntry:
         raise InputError(f"{entry.name} has no driver yet; it can only be planned for")
     if options.bus == "virtual":
         raise InputError(f"--device {entry.name} needs the bus it is on: give --bus (and --channel)")
-    _confirm(entry.name)
     return entry
 
 
-def _confirm(name: str) -> None:
-    """Ask for the device's name, typed; anything else is no."""
+def confirm(entry: CatalogueEntry, options: argparse.Namespace) -> None:
+    """Ask for a real device's name, typed, after the operator has read what is about to happen; anything else is no.
+
+    An emulator needs no confirmation. The question goes to stderr, so that it is seen where stdout is not.
+    """
+    if options.device == EMULATOR:
+        return
+    name = entry.name
     if not sys.stdin.isatty():
         raise InputError(f"--device {name} moves a real table: it is confirmed at a terminal, which this is not")
-    print(
-        f"This moves the real table {name}. Stand clear, hand on the emergency stop. Type its name to go on: ", end=""
-    )
-    sys.stdout.flush()
+    question = f"This moves the real table {name}. Stand clear, hand on the emergency stop. Type its name to go on: "
+    print(question, end="", file=sys.stderr, flush=True)
     if sys.stdin.readline().strip() != name:
         raise InputError(f"--device {name} was not confirmed: nothing moved")
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import signal
 import sys
 from collections.abc import Callable, Generator
@@ -18,32 +17,39 @@ from devices.scheduling import real_time
 from recordings.errors import RecordingError
 from recordings.geometry import Geometry
 from recordings.live_view import LiveView
-from recordings.recorder import Recorder, RecorderReport
-from twin.commands.connection import Connection, connect, device_for
+from recordings.recorder import Recorder
+from twin.commands.connection import Connection, confirm, connect, device_for
 from twin.commands.inputs import capacity_for, scene_of
 from twin.commands.progress import Progress, compiling
 from twin.commands.replay import live_twin
+from twin.commands.run_words import after, as_data, before, closing, opening
 from twin.cycle import Sink, Tee
 from twin.errors import InputError
 from twin.live import perform
 from twin.plan import Rehearsal, rehearse
-from twin.plan_report import clip_lines
-from twin.provenance import processor, versions
 from twin.rocking.track import warm_up
 from twin.run_report import RunReport
 from twin.scene import Scene
 
+STOP_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
+"""Ctrl-C, a polite kill, a closed terminal (POSIX, Windows): each is a controlled stop while the table is ours."""
+
 
 def run(options: argparse.Namespace) -> int:
-    """Perform the scene; 0 performed, 1 tripped."""
+    """Perform the scene; 0 performed and recorded, 1 tripped or not recorded whole."""
     scene = scene_of(options)
     entry = device_for(options, scene)
     capacity = capacity_for(scene)
+    path = options.out or Path("runs") / f"{scene.name}-{datetime.now(UTC):%Y%m%dT%H%M%S}.mcap"
+    if path.suffix.lower() != ".mcap":
+        raise InputError(f"--out {path}: a recording ends in .mcap")
     with compiling(quiet=options.json):
         rehearsal = rehearse(scene, capacity)
         warm_up()
-    path = options.out or Path("runs") / f"{scene.name}-{datetime.now(UTC):%Y%m%dT%H%M%S}.mcap"
-    metadata = _metadata(scene, rehearsal, options)
+    # What is about to happen is read before it is agreed to.
+    print("\n".join(before(scene, rehearsal)), file=sys.stderr if options.json else sys.stdout, flush=True)
+    confirm(entry, options)
+    metadata = opening(scene, rehearsal, options)
     geometry = Geometry(rehearsal.block.width, rehearsal.block.height)
     try:
         with ExitStack() as stack:
@@ -55,25 +61,31 @@ def run(options: argparse.Namespace) -> int:
                 viewer = LiveView(metadata, geometry)
                 stack.callback(_end_view, viewer)
                 sink = Tee(recorder, viewer)
-            _tell(options, _before(scene, rehearsal))
-            report = _perform(options, scene, rehearsal, link, sink)
-            written = recorder.finish(_closing(report, link))
+            report = _perform(options, scene, rehearsal, link, sink, lambda: _recorder_trouble(recorder))
+            written = recorder.finish(closing(report, link))
     except RecordingError as error:
         raise InputError(str(error)) from None
     except DeviceError as error:
         raise InputError(f"{scene.table.device}: {error}") from None
+    if not options.json:
+        print("\n".join(after(report, written)), flush=True)
     rrd = None if options.no_rrd else _rrd(path)
     if options.json:
-        print(json.dumps(_data(scene, report, written, rrd), indent=2, allow_nan=False))
-    else:
-        print("\n".join(_after(report, written, rrd)))
-    return 0 if report.tripped is None else 1
+        print(json.dumps(as_data(scene, report, written, rrd), indent=2, allow_nan=False))
+    elif rrd is not None:
+        print(f"rerun      {rrd}")
+    return 0 if report.tripped is None and written.complete else 1
 
 
 def _perform(
-    options: argparse.Namespace, scene: Scene, rehearsal: Rehearsal, link: Connection, sink: Sink
+    options: argparse.Namespace,
+    scene: Scene,
+    rehearsal: Rehearsal,
+    link: Connection,
+    sink: Sink,
+    trouble: Callable[[], str | None],
 ) -> RunReport:
-    with link.table as table, _interruptible() as stopped:
+    with link.table as table, _interruptible() as interrupted:
         table.enable(rehearsal.motion.displacement(0.0))
         length = rehearsal.motion.duration + rehearsal.after
         with Progress(length, quiet=options.json) as progress, real_time() as scheduling:
@@ -86,7 +98,7 @@ def _perform(
                 following_error=scene.twin.following_error_mm / 1e3,
                 after=rehearsal.after,
                 release=link.release,
-                stopped=stopped,
+                stopped=lambda: interrupted() or trouble(),
                 progress=progress.show,
             )
         report.scheduling = scheduling
@@ -96,19 +108,27 @@ def _perform(
 
 
 @contextmanager
-def _interruptible() -> Generator[Callable[[], bool]]:
-    """Turn Ctrl-C into a controlled stop: the cycle asks, and is never broken off in its middle."""
-    asked = False
+def _interruptible() -> Generator[Callable[[], str | None]]:
+    """Turn the signals that end a program into a controlled stop: the cycle asks, and is never broken off."""
+    asked: list[str] = []
 
-    def ask(*_: object) -> None:
-        nonlocal asked
-        asked = True
+    def ask(number: int, _: object) -> None:
+        asked.append(f"operator: stop was asked ({signal.Signals(number).name})")
 
-    before = signal.signal(signal.SIGINT, ask)
+    numbers = [getattr(signal, name) for name in STOP_SIGNALS if hasattr(signal, name)]
+    before = {number: signal.signal(number, ask) for number in numbers}
     try:
-        yield lambda: asked
+        yield lambda: asked[0] if asked else None
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _recorder_trouble(recorder: Recorder) -> str | None:
+    """Return why a run must not go on unrecorded; None while it is recorded."""
+    if recorder.alive:
+        return None
+    return f"recorder: {recorder.failure or 'it is gone'}"
 
 
 def _end_view(viewer: LiveView) -> None:
@@ -130,92 +150,3 @@ def _rrd(path: Path) -> Path | None:
         print(f"note: no Rerun file: {error}", file=sys.stderr)
         return None
     return target
-
-
-def _metadata(scene: Scene, rehearsal: Rehearsal, options: argparse.Namespace) -> dict[str, dict[str, str]]:
-    capacity = rehearsal.capacity
-    clip = {} if rehearsal.clipped is None else {"report": "\n".join(clip_lines(rehearsal.clipped))}
-    numbers = capacity.model_dump(mode="json", exclude={"provenance"}, exclude_none=True)
-    return {
-        "scene": {"name": scene.name, "title": scene.title, "json": scene.model_dump_json()},
-        "clip": clip,
-        "capacity": {name: str(value) for name, value in numbers.items()},
-        "capacity_provenance": dict(capacity.provenance),
-        "device": {"name": scene.table.device, "driver": options.device, "bus": options.bus},
-        "versions": versions(),
-        "processor": processor(),
-    }
-
-
-def _closing(report: RunReport, link: Connection) -> dict[str, dict[str, str]]:
-    timing = {name: str(value) for name, value in report.timing.percentiles().items()}
-    return {
-        "result": {
-            "tripped": report.tripped or "",
-            "predicted": report.predicted_outcome,
-            "measured": report.measured_outcome,
-            "executed": str(report.executed),
-            "missed": str(report.missed),
-            "scheduling": report.scheduling,
-            "frames": link.frames(),
-        },
-        "timing": timing,
-    }
-
-
-def _tell(options: argparse.Namespace, lines: list[str]) -> None:
-    if not options.json:
-        print("\n".join(lines), flush=True)
-
-
-def _before(scene: Scene, rehearsal: Rehearsal) -> list[str]:
-    lines = [f"scene      {scene.name}: {scene.title}"]
-    if rehearsal.clipped is not None:
-        lines += clip_lines(rehearsal.clipped)
-    length = rehearsal.motion.duration + rehearsal.after
-    lines.append(f"run        {length:.1f} s at {scene.twin.cycle_hz:g} Hz on {scene.table.device}")
-    return lines
-
-
-def _after(report: RunReport, written: RecorderReport, rrd: Path | None) -> list[str]:
-    t = report.timing.percentiles()
-    late = (
-        f"{t['lateness_p50_us']:.0f} us (median), {t['lateness_p99_us']:.0f} (99 %), "
-        f"{t['lateness_p999_us']:.0f} (99.9 %), {t['lateness_max_us']:.0f} (most)"
-    )
-    lines = [
-        f"outcome    {report.predicted_outcome} predicted, {report.measured_outcome} measured",
-        f"peak       {report.predicted_peak:.4f} rad predicted, {report.measured_peak:.4f} rad measured; "
-        f"largest difference {report.largest_difference:.4f} rad",
-        f"cycles     {report.executed} executed, {report.missed} missed (overruns)",
-        f"timing     late by {late}; work {t['work_p50_us']:.0f} us (median), {t['work_p99_us']:.0f} (99 %); "
-        f"{report.scheduling}",
-        f"recording  {written.path}" + ("" if written.complete else f" INCOMPLETE: {_incomplete(written)}"),
-    ]
-    if rrd is not None:
-        lines.append(f"rerun      {rrd}")
-    if report.tripped is not None:
-        lines.insert(0, f"TRIPPED    {report.tripped}")
-    return lines
-
-
-def _incomplete(written: RecorderReport) -> str:
-    return written.failure or f"{written.dropped} dropped, {written.lost} lost, {written.refused} refused"
-
-
-def _data(scene: Scene, report: RunReport, written: RecorderReport, rrd: Path | None) -> dict[str, object]:
-    def number(value: float) -> float | None:
-        return value if math.isfinite(value) else None
-
-    return {
-        "scene": scene.name,
-        "tripped": report.tripped,
-        "predicted": {"outcome": report.predicted_outcome, "peak_rotation_rad": report.predicted_peak},
-        "measured": {"outcome": report.measured_outcome, "peak_rotation_rad": number(report.measured_peak)},
-        "largest_difference_rad": number(report.largest_difference),
-        "cycles": {"executed": report.executed, "missed": report.missed, **report.timing.percentiles()},
-        "scheduling": report.scheduling,
-        "recording": str(written.path),
-        "recording_complete": written.complete,
-        "rrd": None if rrd is None else str(rrd),
-    }

@@ -57,7 +57,6 @@ def refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
         code = exit_by_parser.code
     assert code == 2
     said = capsys.readouterr()
-    assert said.out == ""
     assert "Traceback" not in said.err
     return said.err.strip()
 
@@ -174,6 +173,18 @@ def test_view_writes_a_rerun_file(
     assert out.stat().st_size > 10_000
 
 
+def test_view_does_not_overwrite(
+    recording: tuple[Path, dict[str, object]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = recording[0].read_bytes()
+    assert "ends in .rrd" in refused(["view", str(recording[0]), "--out", str(recording[0])], capsys)
+    assert recording[0].read_bytes() == before
+    taken = tmp_path / "taken.rrd"
+    taken.write_text("mine", encoding="utf-8")
+    assert "exists already" in refused(["view", str(recording[0]), "--out", str(taken)], capsys)
+    assert taken.read_text(encoding="utf-8") == "mine"
+
+
 def test_run_does_not_overwrite(recording: tuple[Path, dict[str, object]], capsys: pytest.CaptureFixture[str]) -> None:
     said = refused(["run", "b6l_free", "--out", str(recording[0])], capsys)
     assert "exists already" in said
@@ -190,6 +201,7 @@ def test_run_does_not_overwrite(recording: tuple[Path, dict[str, object]], capsy
         (["run", "--device", "quanser_st3", "--bus", "socketcan", "--channel", "can9"], "confirmed at a terminal"),
         (["run", "--bus", "socketcan"], "may have a real table on it"),
         (["run", "--bus-option", "bitrate"], "is not KEY=VALUE"),
+        (["run", "--out", "run.rrd"], "a recording ends in .mcap"),
         (["emulate", "--bus", "virtual"], "ends at this process"),
         (["emulate", "--bus", "nosuchbus"], "cannot be opened here"),
         (["plan", "--record", "missing.at2"], "cannot read"),
@@ -234,27 +246,76 @@ def test_a_recording_of_something_else(tmp_path: Path, capsys: pytest.CaptureFix
     assert "no topic" in refused(["replay", str(path)], capsys)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="sends SIGINT to a child")
-def test_ctrl_c_is_a_controlled_stop(tmp_path: Path) -> None:
+posix = pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals to a child")
+
+
+def started(folder: Path, *arguments: str) -> tuple[subprocess.Popen[str], Path]:
+    """Start a run and return it once its recording has begun to grow."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "twin.cli", "run", "b6l_free", "--json", "--out", "stopped.mcap", "--no-rrd"],
-        cwd=tmp_path,
+        [
+            sys.executable,
+            "-m",
+            "twin.cli",
+            "run",
+            "b6l_free",
+            "--json",
+            "--out",
+            "stopped.mcap",
+            "--no-rrd",
+            *arguments,
+        ],
+        cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         env=environment(),
     )
-    recording = tmp_path / "stopped.mcap"
+    recording = folder / "stopped.mcap"
     deadline = time.monotonic() + 60
     while time.monotonic() < deadline and (not recording.exists() or recording.stat().st_size < 60_000):
         time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
+    return process, recording
+
+
+@posix
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_is_a_controlled_stop(name: str, tmp_path: Path) -> None:
+    process, recording = started(tmp_path)
+    process.send_signal(getattr(signal, name))
     out, err = process.communicate(timeout=60)
     assert process.returncode == 1, err
-    assert json.loads(out)["tripped"] == "operator: stop was asked"
+    assert json.loads(out)["tripped"] == f"operator: stop was asked ({name})"
     run = read_run(recording)
     assert run.complete
     assert "trip" in [event.name for event in run.events]
+
+
+@posix
+def test_a_dead_recorder_stops_the_run(tmp_path: Path) -> None:
+    process, recording = started(tmp_path)
+    children = subprocess.run(["ps", "-o", "pid=,args=", "--ppid", str(process.pid)], capture_output=True, text=True)
+    recorders = [int(line.split()[0]) for line in children.stdout.splitlines() if "spawn_main" in line]
+    assert recorders, children.stdout
+    for pid in recorders:
+        os.kill(pid, signal.SIGKILL)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 1, err
+    said = json.loads(out)
+    assert said["tripped"].startswith("recorder: ")
+    assert said["recording_complete"] is False
+    # What was written before is there.
+    assert len(read_run(recording).cycles) > 100
+
+
+def test_ctrl_c_outside_the_cycle_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(_: object) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("twin.commands.plan.run", interrupted)
+    assert main(["plan"]) == 130
+    assert capsys.readouterr().err == "twin plan: interrupted\n"
 
 
 def test_two_processes(tmp_path: Path) -> None:
