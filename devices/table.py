@@ -54,7 +54,8 @@ class ShakeTable(ABC):
 
     1. `open` connects and moves nothing; `enable` powers the table where it stands; `exchange` is one cycle;
        `quick_stop` brings it to a standstill and takes the power off; `disable` does so from rest; `close` disconnects,
-       with a quick stop first where the table is still powered. A `with` block opens and closes.
+       with a quick stop first where the table may still be powered: never enabled and confirmed to be off are the only
+       exceptions, so that a stop that failed is tried again. A `with` block opens and closes.
     2. Cycle numbers rise; numbers left out are cycles the host missed, and are never made up for.
     3. A set-point beyond the capacity is refused before anything is sent (`devices.setpoints`); none is ever clipped.
     4. Every wait has a time limit. After an error of `exchange` the table is still to be stopped: `quick_stop`.
@@ -69,22 +70,36 @@ class ShakeTable(ABC):
         Time between cycles, s.
     resolution : float
         Step of the positions the driver's frames carry, m.
+    start_window : float
+        Largest distance between the position to be enabled at and the measured one, m.
     """
 
-    def __init__(self, capacity: Capacity, cycle_time: float, resolution: float) -> None:
+    def __init__(self, capacity: Capacity, cycle_time: float, resolution: float, start_window: float = 20e-6) -> None:
         self.name = capacity.name
         self.capacity = capacity
         self.cycle_time = cycle_time
         self.resolution = resolution
+        self.start_window = start_window
         self._limits = SetpointLimits(capacity, cycle_time, resolution)
         self._opened = False
         self._enabled = False
+        self._powered = False
         self._last_cycle: int | None = None
 
     @property
     def enabled(self) -> bool:
-        """Whether the table is powered by us and takes set-points."""
+        """Whether the table takes set-points."""
         return self._enabled
+
+    @property
+    def powered(self) -> bool:
+        """Whether we powered the table, or tried to, and have not seen it at a standstill with the power off since."""
+        return self._powered
+
+    @property
+    @abstractmethod
+    def position(self) -> float:
+        """Last measured position, m: where to `enable`. After a stop that is anywhere inside the stroke."""
 
     @final
     def open(self) -> None:
@@ -109,6 +124,7 @@ class ShakeTable(ABC):
         position = self._rounded(position)
         if (beyond := self._limits.outside(position)) is not None:
             raise SetpointRefused(beyond.sentence, beyond.limit)
+        self._powered = True
         self._enable(position)
         self._limits.start(-1, position)
         self._last_cycle = None
@@ -150,31 +166,41 @@ class ShakeTable(ABC):
     def quick_stop(self, each: Callable[[Sample], object] | None = None) -> None:
         """Bring the table to a standstill by the drive's own ramp, then take the power off.
 
-        `each` is called with the sample of every cycle on the way; their numbers continue those of `exchange`.
+        `each` is called with the sample of every cycle on the way; their numbers continue those of `exchange`. Nothing
+        but the drive's own answer is needed: rotations are NaN where the specimen's sensor is silent, and cycles
+        without an answer are passed over.
+
+        Raises
+        ------
+        DeviceTimeout
+            Where no standstill is confirmed in time: the table may still be moving. It stays `powered`, so that `close`
+            or another call tries again.
         """
         if not self._opened:
             raise DeviceNotReady(f"{self.name} is stopped before it is open")
         self._enabled = False
         self._quick_stop(-1 if self._last_cycle is None else self._last_cycle, each)
+        self._powered = False
 
     @final
     def disable(self) -> None:
         """Take the power off a table at rest; a table that was told to move is stopped first. Idempotent."""
-        if not self._enabled:
+        if not self._powered:
             return
-        if self._limits.velocity != 0.0:
+        if not self._enabled or self._limits.velocity != 0.0:
             self.quick_stop()
             return
         self._enabled = False
         self._disable()
+        self._powered = False
 
     @final
     def close(self) -> None:
-        """Disconnect; a table still powered is stopped first. Closing a closed table does nothing."""
+        """Disconnect; a table that may still be powered is stopped first. Closing a closed table does nothing."""
         if not self._opened:
             return
         try:
-            if self._enabled:
+            if self._powered:
                 self.quick_stop()
         finally:
             self._opened = False
@@ -214,7 +240,10 @@ class ShakeTable(ABC):
 
     @abstractmethod
     def _quick_stop(self, last_cycle: int, each: Callable[[Sample], object] | None) -> None:
-        """Stop and power off; samples are numbered from `last_cycle` + 1."""
+        """Stop and power off, whatever fails on the way; return only where both are confirmed.
+
+        Samples are numbered from `last_cycle` + 1.
+        """
 
     @abstractmethod
     def _disable(self) -> None:

@@ -55,6 +55,9 @@ def parser() -> argparse.ArgumentParser:
         help="emulator (default: nothing real moves), or the name of a real table, which asks for confirmation first",
     )
     _bus(run)
+    run.add_argument(
+        "--reset", action="store_true", help="acknowledge a fault the drive is still in, after its cause is gone"
+    )
     run.add_argument("--out", type=Path, metavar="FILE.mcap", help="where to record (default: ./runs/SCENE-TIME.mcap)")
     run.add_argument("--view", action="store_true", help="open a Rerun viewer (on 127.0.0.1) and follow the run in it")
     run.add_argument("--no-rrd", action="store_true", help="write no .rrd beside the recording")

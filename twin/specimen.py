@@ -14,11 +14,28 @@ class Specimen:
 
     An instance is the callable that an emulated table wants: (duration s, base acceleration at the start and at the
     end, m/s2) -> rotation, rad.
+
+    Parameters
+    ----------
+    block : Block
+    restitution : float
+    initial_rotation : float
+        rad.
+    held : bool
+        Whether a tilted block waits for `release` each time it was set up; otherwise only the emulated table holds it.
     """
 
-    def __init__(self, block: Block, restitution: float, initial_rotation: float) -> None:
-        self._tracked = TrackedBlock(block, restitution, initial_rotation)
-        self._held = initial_rotation != 0.0
+    def __init__(self, block: Block, restitution: float, initial_rotation: float, *, held: bool = True) -> None:
+        self._block = block
+        self._restitution = restitution
+        self._initial_rotation = initial_rotation
+        self._holds = held and initial_rotation != 0.0
+        self.set_up()
+
+    def set_up(self) -> None:
+        """Stand the block at its initial tilt again, at rest, as before the first run."""
+        self._tracked = TrackedBlock(self._block, self._restitution, self._initial_rotation)
+        self._held = self._holds
 
     def __call__(self, duration: float, start_acceleration: float, end_acceleration: float) -> float:
         if not self._held:
@@ -35,8 +52,8 @@ class Specimen:
         self._held = False
 
 
-def specimen_of(scene: Scene) -> Specimen:
-    """Return the scene's emulated block: the twin's, with the changes of `[table.specimen]`.
+def specimen_of(scene: Scene, *, held: bool = True) -> Specimen:
+    """Return the scene's emulated block: the twin's, with the changes of `[table.specimen]`; `held` as for `Specimen`.
 
     The slenderness changes at the same diagonal; the restitution is the changed one of the twin, at most 1.
     """
@@ -47,4 +64,4 @@ def specimen_of(scene: Scene) -> Specimen:
     other = Block(diagonal * math.sin(alpha), diagonal * math.cos(alpha), block.mass, block.gravity)
     eta = block.housner_restitution if scene.block.restitution is None else scene.block.restitution
     restitution = min(eta * (1.0 + 0.01 * change.restitution_change_percent), 1.0)
-    return Specimen(other, restitution, math.radians(scene.block.initial_rotation_deg))
+    return Specimen(other, restitution, math.radians(scene.block.initial_rotation_deg), held=held)

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from devices.cia402 import frames
 from devices.cia402.interpolation import Interpolator
 from devices.cia402.node import Node
-from devices.cia402.states import INTERNAL_LIMIT, State, StateMachine
+from devices.cia402.states import ENABLE_OPERATION, INTERNAL_LIMIT, State, StateMachine
 
 if TYPE_CHECKING:
     from devices.cia402.node import Send
@@ -68,6 +68,9 @@ class DriveOptions(BaseModel):
         Largest distance of the first set-point from the measured position, m.
     heartbeat_period : float
         s.
+    shared_clock : bool
+        Whether drive and host run on one thread, so that they stand still together. Cycles left out between two SYNCs
+        are then no silence: the set-point that came with the second one is known, and the gap is interpolated.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -76,6 +79,7 @@ class DriveOptions(BaseModel):
     patience: Annotated[int, Field(ge=0, le=200)] = 20
     start_window: _Positive = 20e-6
     heartbeat_period: _Positive = 0.1
+    shared_clock: bool = False
 
 
 class Drive:
@@ -166,7 +170,10 @@ class Drive:
             passed = (counter - self._counter) % frames.SYNC_COUNTS
             if passed == 0:
                 return  # the same SYNC twice
-            for _ in range(passed):
+            bridge = self._bridge(passed - 1)
+            for k in range(passed):
+                if k > 0 and bridge:
+                    self.interpolator.go(bridge[k - 1])
                 self._live(_NO_SETPOINT if passed == 1 else _NO_SYNC)
         self._counter = counter
         if not self.node.operational:
@@ -188,6 +195,12 @@ class Drive:
         self._counter = None
         for _ in range(cycles):
             self._live(_NO_SYNC)
+
+    def _bridge(self, cycles: int) -> list[float]:
+        if not (self.options.shared_clock and cycles and self._command and self.state is State.OPERATION_ENABLED):
+            return []
+        controlword, target = self._command
+        return self.interpolator.bridge(cycles, target * _NM) if controlword == ENABLE_OPERATION else []
 
     def _live(self, complaint: int) -> None:
         interpolator = self.interpolator

@@ -80,6 +80,29 @@ class Interpolator:
         self._target = position
         return None
 
+    def bridge(self, cycles: int, position: float) -> list[float]:
+        """Return the set-points of the `cycles` that were left out before `position`, m, is to be reached.
+
+        One cubic with the last target, its velocity and acceleration at the start and `position` at the end; empty
+        where it would leave the stroke, or nothing is followed. For a drive whose clock stood still with its host's.
+        """
+        if self._target is None:
+            return []
+        limits, h = self.limits, self.limits.cycle_time
+        start, curvature = self._target, limits.acceleration
+        # The mean velocity of the last step, brought to its end.
+        velocity = limits.velocity + 0.5 * curvature * h
+        end = (cycles + 1) * h
+        rest = (position - start - velocity * end - 0.5 * curvature * end * end) / end**3
+        times = (h * k for k in range(1, cycles + 1))
+        positions = [start + t * (velocity + t * (0.5 * curvature + t * rest)) for t in times]
+        return [] if any(limits.outside(x) for x in positions) else positions
+
+    def go(self, position: float) -> None:
+        """Be at `position`, m, at the end of the next cycle: a point of `bridge`."""
+        if self._following:
+            self._target = position
+
     def stop(self) -> None:
         """Take no more set-points; ramp down from here."""
         self._following = False

@@ -24,7 +24,10 @@ _FRAMES_AT_ONCE = 5000
 
 
 class Feedback(NamedTuple):
-    """What the nodes latched at one SYNC: position m, acceleration m/s2, rotation rad (NaN without a sensor)."""
+    """What the nodes latched at one SYNC: position m, acceleration m/s2, rotation rad (NaN without a sensor).
+
+    Where only the drive's statusword and position were asked for, acceleration too is NaN where it did not come.
+    """
 
     statusword: int
     position: float
@@ -55,6 +58,14 @@ class FrameCounts:
     echoes: int = 0
     heartbeats: int = 0
     malformed: int = 0
+
+
+def _decode_acceleration(data: bytes) -> float:
+    return frames.unpack_long(data, "TPDO2") * frames.ACCELERATION_UNIT
+
+
+_DECODERS = (_decode_acceleration, decode_rotation)
+"""Of every answer but the first, in the order of `Link`."""
 
 
 class Link:
@@ -116,32 +127,44 @@ class Link:
             else:
                 self._sort(*frame)
 
-    def cycle(self, counter: int, command: tuple[int, int] | None) -> Feedback:
+    def cycle(self, counter: int, command: tuple[int, int] | None, spare: float | None = None) -> Feedback:
         """Send controlword and target, nm, if any, and SYNC; return the answers.
+
+        With `spare` only the drive's statusword and position are required: everything else is waited for no longer than
+        `spare` s, and is NaN where it does not come or makes no sense.
 
         Raises
         ------
         DeviceTimeout
-            Where an answer is missing; it says which.
+            Where a required answer is missing; it says which.
+        FrameError
+            Where it makes no sense.
         """
         if command is not None:
             self._bus.send(self._target, frames.pack_target(*command))
         self._bus.send(frames.SYNC, frames.pack_sync(counter))
-        answers = self._collect()
-        missing = [what for identifier, what in self._answers.items() if identifier not in answers]
+        answers = self._collect(spare)
+        required = self._order if spare is None else self._order[:1]
+        missing = [self._answers[identifier] for identifier in required if identifier not in answers]
         if missing:
             what = " and ".join(missing)
             raise DeviceTimeout(f"no {what} came within {self._time_limit:g} s of the SYNC on {self._bus}")
         statusword, position = frames.unpack_actual(answers[self._order[0]])
-        acceleration = frames.unpack_long(answers[self._order[1]], "TPDO2")
-        rotation = math.nan
-        if len(self._order) > 2:
-            rotation = decode_rotation(answers[self._order[2]])
-        return Feedback(statusword, position * frames.POSITION_UNIT, acceleration * frames.ACCELERATION_UNIT, rotation)
+        values = [math.nan, math.nan]
+        for i, (identifier, decode) in enumerate(zip(self._order[1:], _DECODERS, strict=False)):
+            try:
+                if identifier in answers:
+                    values[i] = decode(answers[identifier])
+            except FrameError:
+                if spare is None:
+                    raise
+                self.counts.malformed += 1
+        return Feedback(statusword, position * frames.POSITION_UNIT, *values)
 
-    def _collect(self) -> dict[int, bytes]:
+    def _collect(self, spare: float | None) -> dict[int, bytes]:
         answers: dict[int, bytes] = {}
-        deadline = self._clock.now() + self._time_limit
+        sent = self._clock.now()
+        deadline = sent + self._time_limit
         idle, wanted, fruitless = self._idle, len(self._answers), 0
         for _ in range(_FRAMES_AT_ONCE):
             if idle is None:
@@ -165,6 +188,8 @@ class Link:
                 answers[identifier] = data
                 if len(answers) == wanted:
                     break
+                if spare is not None and identifier == self._order[0]:
+                    deadline = sent + spare
         return answers
 
     def _sort(self, identifier: int, data: bytes) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from devices.cia402 import frames, states
 from devices.cia402.link import Feedback, FrameCounts, Link
 from devices.cia402.states import State, decode
 from devices.clock import WallClock
-from devices.errors import DeviceTimeout, DriveFault, DriveStopped, SetpointRefused
+from devices.errors import DeviceError, DeviceNotReady, DeviceTimeout, DriveFault, DriveStopped, SetpointRefused
 from devices.table import Sample, ShakeTable
 
 if TYPE_CHECKING:
@@ -25,8 +26,9 @@ _WAY_UP = {
     State.SWITCHED_ON: states.ENABLE_OPERATION,
     State.QUICK_STOP_ACTIVE: states.QUICK_STOP,
 }
-_UNANSWERED_LIMIT = 5
 _FAULTY = (State.FAULT, State.FAULT_REACTION_ACTIVE)
+_OFF = (State.SWITCH_ON_DISABLED, State.FAULT)
+"""States in which the motor has no power; where a stop ends."""
 
 
 class Cia402Table(ShakeTable):
@@ -52,7 +54,8 @@ class Cia402Table(ShakeTable):
     time_limit : float
         For all answers to one SYNC, s.
     open_limit, state_limit : float
-        For the first answer of the nodes, and for a walk through the drive's states or a stop, s.
+        For the first answer of the nodes, and for a walk through the drive's states or a stop, s. A stop is tried for
+        all of it, whatever fails meanwhile; it must be longer than the drive's slowest ramp.
     start_window : float
         Largest distance between the position to be enabled at and the measured one, m.
     """
@@ -72,13 +75,15 @@ class Cia402Table(ShakeTable):
         state_limit: float = 3.0,
         start_window: float = 20e-6,
     ) -> None:
-        super().__init__(capacity, cycle_time, frames.POSITION_UNIT)
+        super().__init__(capacity, cycle_time, frames.POSITION_UNIT, start_window)
         self._clock = clock or WallClock()
         self._link = Link(bus, drive_node, sensor_node, self._clock, idle, time_limit)
         self._open_limit = open_limit
         self._open_tries = max(1, int(open_limit / time_limit)) if idle is None else 3
+        self._state_limit = state_limit
         self._state_cycles = max(1, round(state_limit / cycle_time))
-        self._start_window = start_window
+        # What else answers a stop is waited for, but not so long that the drive's ramp, paced by SYNC, is slowed down.
+        self._spare = min(time_limit, 0.5 * cycle_time)
         self._bus_cycle = 0
         self._next = 0.0
         self._feedback = Feedback(0, 0.0, 0.0, 0.0)
@@ -90,7 +95,7 @@ class Cia402Table(ShakeTable):
 
     @property
     def position(self) -> float:
-        """Last measured position, m: where to `enable`."""
+        """Last measured position, m: where to `enable`. Known once open."""
         return self._feedback.position
 
     @property
@@ -101,15 +106,26 @@ class Cia402Table(ShakeTable):
     def reset_fault(self) -> None:
         """Acknowledge a fault of a table at rest; the drive is in SWITCH_ON_DISABLED after it. Never done by itself.
 
+        It does not matter who caused the fault, nor whether its emergency frame was heard: a drive whose last host died
+        is reset by the next one. Without a fault nothing is sent but a SYNC.
+
         Raises
         ------
+        DeviceNotReady
+            Before `open`, or while the table takes set-points: stop it first.
         DriveFault
             Where the fault stays.
         """
+        if not self._opened or self._enabled:
+            when = "stopped" if self._opened else "open"
+            raise DeviceNotReady(f"a fault of {self.name} is to be reset before it is {when}")
+        self._paced(None, self._spare)
         self._link.emergency = None
+        if self.state not in _FAULTY:
+            return
         here = self._counts(self.position)
         for controlword in (states.DISABLE_VOLTAGE, states.FAULT_RESET, states.DISABLE_VOLTAGE, states.DISABLE_VOLTAGE):
-            self._paced((controlword, here))
+            self._paced((controlword, here), self._spare)
         if self.state in _FAULTY:
             raise self._fault()
         self._link.drain()
@@ -132,10 +148,10 @@ class Cia402Table(ShakeTable):
         for _ in range(self._state_cycles):
             self._paced(command)
             if self._link.emergency is not None or self.state in _FAULTY:
-                raise self._fault()
+                raise self._fault("; once its cause is gone, acknowledge it with reset_fault (twin run --reset)")
             if self.state is State.OPERATION_ENABLED and command is not None:
                 return
-            if abs(position - self.position) > self._start_window:
+            if abs(position - self.position) > self.start_window:
                 raise SetpointRefused(
                     f"{self.name} is to be enabled at {position:.6f} m; it stands at {self.position:.6f} m", "start"
                 )
@@ -160,44 +176,63 @@ class Cia402Table(ShakeTable):
         return self._sample(cycle, feedback)
 
     def _quick_stop(self, last_cycle: int, each: Callable[[Sample], object] | None) -> None:
-        command = (states.QUICK_STOP, self._counts(self.position))
-        unanswered = 0
-        for cycle in range(last_cycle + 1, last_cycle + 1 + self._state_cycles):
-            try:
-                feedback = self._paced(command)
-            except DeviceTimeout:
-                # One lost frame is no reason to stop stopping.
-                unanswered += 1
-                if unanswered == _UNANSWERED_LIMIT:
-                    raise
-                continue
-            if each is not None:
-                each(self._sample(cycle, feedback))
-            if self.state in (State.SWITCH_ON_DISABLED, State.FAULT):
-                return
-        raise DeviceTimeout(f"{self.name} did not come to rest within {self._state_cycles} cycles: {self.state}")
+        here = self._counts(self.position)
+        self._power_off(lambda: (states.QUICK_STOP, here), last_cycle, each)
 
     def _disable(self) -> None:
         here = self._counts(self._limits.position)
-        for _ in range(self._state_cycles):
-            controlword = states.SHUTDOWN if self.state is State.OPERATION_ENABLED else states.DISABLE_VOLTAGE
-            self._paced((controlword, here))
-            if self.state in (State.SWITCH_ON_DISABLED, State.FAULT):
+        self._power_off(
+            lambda: (states.SHUTDOWN if self.state is State.OPERATION_ENABLED else states.DISABLE_VOLTAGE, here)
+        )
+
+    def _power_off(
+        self,
+        command: Callable[[], tuple[int, int]],
+        last_cycle: int = -1,
+        each: Callable[[Sample], object] | None = None,
+    ) -> None:
+        """Send a command and SYNC each cycle until the drive has no power and the table stands."""
+        deadline = self._clock.now() + self._state_limit
+        before = math.nan
+        trouble: DeviceError | None = None
+        for cycle in range(last_cycle + 1, last_cycle + 1 + self._state_cycles):
+            if self._clock.now() > deadline:
+                break
+            try:
+                if trouble is not None:
+                    # A node that restarted meanwhile answers no SYNC before it is told to.
+                    self._link.start()
+                feedback = self._paced(command(), self._spare)
+            except DeviceError as error:
+                # Lost answers, nonsense or a bus that is gone may be over in the next cycle; giving up never helps.
+                trouble = error
+                continue
+            trouble = None
+            if each is not None and math.isfinite(feedback.acceleration):
+                each(self._sample(cycle, feedback))
+            # Power may be gone while the table still runs down: the position has its say too.
+            if self.state in _OFF and abs(feedback.position - before) <= self.start_window:
                 return
-        raise DeviceTimeout(f"{self.name} stays in {self.state}; switch on disabled was asked for")
+            before = feedback.position
+        told = f"it last was in {self.state}" if trouble is None else str(trouble)
+        raise DeviceTimeout(
+            f"{self.name} did not confirm a standstill within {self._state_limit:g} s ({told}): "
+            "THE TABLE MAY STILL BE MOVING, use its emergency stop"
+        ) from trouble
 
     def _close(self) -> None:
         """Nothing of ours is left open: the bus belongs to who opened it."""
 
-    def _paced(self, command: tuple[int, int] | None) -> Feedback:
-        self._link.drain()
+    def _paced(self, command: tuple[int, int] | None, spare: float | None = None) -> Feedback:
         self._next = max(self._next + self.cycle_time, self._clock.now())
+        # Before anything that can fail, so that trying again is paced too.
         self._clock.wait_until(self._next)
-        return self._cycle(command, 1)
+        self._link.drain()
+        return self._cycle(command, 1, spare)
 
-    def _cycle(self, command: tuple[int, int] | None, steps: int) -> Feedback:
+    def _cycle(self, command: tuple[int, int] | None, steps: int, spare: float | None = None) -> Feedback:
         self._bus_cycle += steps
-        self._feedback = self._link.cycle(frames.sync_counter(self._bus_cycle), command)
+        self._feedback = self._link.cycle(frames.sync_counter(self._bus_cycle), command, spare)
         return self._feedback
 
     def _sample(self, cycle: int, feedback: Feedback) -> Sample:
@@ -213,11 +248,11 @@ class Cia402Table(ShakeTable):
         if self._link.restarted is not None:
             raise DriveStopped(f"node {self._link.restarted} of {self.name} is no longer operational: it was restarted")
 
-    def _fault(self) -> DriveFault:
+    def _fault(self, remedy: str = "") -> DriveFault:
         emergency = self._link.emergency
         if emergency is None:
-            return DriveFault(f"{self.name} is in {self.state} without an emergency code")
+            return DriveFault(f"{self.name} is in {self.state}, left by an earlier run or host{remedy}")
         text = frames.emergency_text(emergency.code)
         return DriveFault(
-            f"{self.name} reports error {emergency.code:04X}: {text}; it is in {self.state}", emergency.code
+            f"{self.name} reports error {emergency.code:04X}: {text}; it is in {self.state}{remedy}", emergency.code
         )

@@ -27,6 +27,7 @@ def open_table(
     idle: Callable[[], None] | None = None,
     rotation: bool = True,
     time_limit: float = 0.02,
+    state_limit: float = 3.0,
 ) -> Cia402Table:
     """Connect to an ST-III; nothing moves.
 
@@ -46,6 +47,8 @@ def open_table(
         Whether a rotation sensor answers, as node 2.
     time_limit : float
         For all answers to one SYNC, s.
+    state_limit : float
+        For a walk through the drive's states or a stop, s; longer than the drive's slowest quick stop.
 
     Returns
     -------
@@ -67,6 +70,7 @@ def open_table(
         clock=clock,
         idle=idle,
         time_limit=time_limit,
+        state_limit=state_limit,
     )
     table.open()
     return table

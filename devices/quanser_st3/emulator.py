@@ -14,6 +14,8 @@ from devices.quanser_st3.plant import St3Parameters, St3Plant
 from devices.sensors.rotation import RotationSensor
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import numpy as np
 
     from devices.cia402.buses import CanBus
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     from excitation import Capacity
 
 _FRAMES_AT_ONCE = 1000
+_OFF = (State.NOT_READY, State.SWITCH_ON_DISABLED, State.READY_TO_SWITCH_ON, State.FAULT)
 
 
 class StopSignal(Protocol):
@@ -42,11 +45,12 @@ class EmulatedSt3:
     leave the stroke, but the loop overshoots them: by 26 um where it brakes with 9.81 m/s2 to the very end.
 
     The specimen is held as it is until the drive is first enabled, so that one released from a tilt does not fall while
-    the host walks the drive through its states; the first `exchange` finds it two cycles old.
+    the host walks the drive through its states; the first `exchange` finds it two cycles old. Each time the power comes
+    on again it is set up anew, as an operator would between two runs; the table stays where it stopped.
 
     In one process with the host give `service` to the host as its `idle`: the bus clock is then the SYNC counter, and
-    nothing happens between SYNCs. In a process of its own call `serve`: a drive that hears no SYNC then stops by its
-    own clock. Frames and code are the same.
+    nothing happens between SYNCs (`DriveOptions.shared_clock` says so to the drive). In a process of its own call
+    `serve`: a drive that hears no SYNC then stops by its own clock. Frames and code are the same.
 
     Parameters
     ----------
@@ -56,6 +60,9 @@ class EmulatedSt3:
         Of all noise: equal seeds, equal frames.
     specimen : callable, optional
         What stands on the table; see `devices.table.Specimen`. Without one there is no rotation sensor on the bus.
+    set_up : callable, optional
+        Called as the power comes on: puts the specimen back to `initial_rotation`. Without it the specimen stays as the
+        last run left it.
     capacity : excitation.Capacity
     cycle_time : float
         s.
@@ -90,6 +97,7 @@ class EmulatedSt3:
         *,
         rng: np.random.Generator,
         specimen: Specimen | None = None,
+        set_up: Callable[[], None] | None = None,
         capacity: Capacity = CAPACITY,
         cycle_time: float = 1e-3,
         parameters: St3Parameters | None = None,
@@ -120,6 +128,9 @@ class EmulatedSt3:
                 rng=rotation_rng,
             )
         self.plant.released = False
+        self._set_up = set_up
+        self._initial_rotation = initial_rotation
+        self._powered = False
         self._bus = bus
         self._cycle_time = cycle_time
         self._clock = clock or WallClock()
@@ -170,8 +181,15 @@ class EmulatedSt3:
     def _take(self, identifier: int, data: bytes) -> bool:
         """Hand a frame to the nodes; return whether it was a SYNC."""
         self.drive.receive(identifier, data)
-        if not self.plant.released and self.drive.state is State.OPERATION_ENABLED:
+        state = self.drive.state
+        if state is State.OPERATION_ENABLED and not self._powered:
+            self._powered = True
             self.plant.released = True
+            if self._set_up is not None:
+                self._set_up()
+                self.plant.rotation = self._initial_rotation
+        elif state in _OFF:
+            self._powered = False
         if self.sensor is not None:
             self.sensor.receive(identifier, data)
         return identifier == SYNC

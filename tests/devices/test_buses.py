@@ -40,6 +40,14 @@ class Scripted(can.BusABC):
         ("udp_multicast", {"channel": "not a group", "port": 47001}),
         ("udp_multicast", {"receive_own_messages": True}),
         ("udp_multicast", {"port": "x"}),
+        ("udp_multicast", {"port": 0}),
+        ("udp_multicast", {"port": 99999}),
+        ("udp_multicast", {"channel": "10.0.0.1"}),
+        ("udp_multicast", {"channel": "ff15::1"}),
+        ("udp_multicast", {"fd": True}),
+        ("udp_multicast", {"hop_limit": "far"}),
+        ("udp_multicast", {"hop_limit": 1, "port": 99999}),
+        ("virtual", {"rx_queue_size": "long"}),
     ],
 )
 def test_a_bus_that_is_not_there_is_one_sentence(interface: str, arguments: dict[str, Any]) -> None:
@@ -63,8 +71,8 @@ def test_what_reaches_python_can(monkeypatch) -> None:
 
     monkeypatch.setattr(buses.can, "Bus", fake)
     for interface, channel, arguments in (
-        ("udp_multicast", None, {}),
-        ("udp_multicast", "239.1.2.3", {"hop_limit": 1, "fd": True}),
+        ("udp_multicast", None, {"hop_limit": 1}),
+        ("udp_multicast", "239.1.2.3", {"hop_limit": 2, "fd": True, "port": 4711}),
         ("pcan", "PCAN_USBBUS1", {"bitrate": 1_000_000, "auto_reset": True}),
     ):
         open_bus(interface, channel, **arguments).close()
@@ -72,10 +80,17 @@ def test_what_reaches_python_can(monkeypatch) -> None:
     assert seen[0] == common | {
         "interface": "udp_multicast",
         "channel": buses.UDP_GROUP,
-        "hop_limit": 0,
+        "hop_limit": 1,
+        "port": buses.UDP_PORT,
         "fd": False,
     }
-    assert seen[1] == common | {"interface": "udp_multicast", "channel": "239.1.2.3", "hop_limit": 1, "fd": True}
+    assert seen[1] == common | {
+        "interface": "udp_multicast",
+        "channel": "239.1.2.3",
+        "hop_limit": 2,
+        "port": 4711,
+        "fd": True,
+    }
     assert seen[2] == common | {
         "interface": "pcan",
         "channel": "PCAN_USBBUS1",
@@ -92,12 +107,13 @@ def test_frames_that_are_not_ours_are_passed_over() -> None:
             can.Message(arbitration_id=0x181, is_extended_id=True),
             can.Message(arbitration_id=0x181, is_extended_id=False, is_remote_frame=True),
             can.Message(is_error_frame=True, is_extended_id=False),
+            can.Message(arbitration_id=0x181, is_extended_id=False, is_fd=True),
             garbage,
             can.Message(arbitration_id=0x181, is_extended_id=False, data=b"abc"),
         )
     )
     assert bus.receive() == (0x181, b"abc")
-    assert bus.ignored == 4
+    assert bus.ignored == 5
     assert bus.receive() is None
     bus.close()
     bus.close()

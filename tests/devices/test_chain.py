@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
+from devices.cia402.drive import DriveOptions
 from devices.cia402.states import State, decode
 from devices.errors import DeviceNotReady, DriveFault, DriveStopped, SetpointRefused
 from devices.quanser_st3.plant import St3Parameters
@@ -201,6 +202,24 @@ def test_a_host_that_stalls_longer_than_the_drive_waits(rig) -> None:
     rig.table.quick_stop()
     assert rig.emulator.drive.state is State.FAULT
     assert abs(rig.emulator.plant.velocity) < 1e-4
+
+
+@pytest.mark.parametrize("gap", [30, 60, 238])
+def test_a_host_that_stalls_together_with_its_drive(make_rig, gap: int) -> None:
+    """On one thread: the emulator neither trips nor jerks, for the time did not pass for it."""
+    parameters = St3Parameters(accelerometer_noise=0.0, accelerometer_bias=0.0)
+    targets = stroke(900)
+    accelerations = []
+    for left_out in (0, gap):
+        rig = make_rig(parameters=parameters, options=DriveOptions(shared_clock=True))
+        rig.table.enable(0.0)
+        kept = [k for k in range(900) if not 200 <= k < 200 + left_out]
+        samples = [rig.table.exchange(k, targets[k]) for k in kept]
+        assert samples[-1].position == pytest.approx(targets[-1], abs=2e-6)
+        accelerations.append({s.cycle: s.acceleration for s in samples})
+    whole, gappy = accelerations
+    difference = max(abs(whole[cycle] - gappy[cycle]) for cycle in gappy)
+    assert difference < {30: 0.03, 60: 0.2, 238: 6.0}[gap]
 
 
 def test_a_stall_the_counter_cannot_tell(rig) -> None:

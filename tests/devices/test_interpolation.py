@@ -107,3 +107,34 @@ def test_ramp_takes_the_asked_deceleration_where_there_is_room() -> None:
     velocities = [(b - a) / H for a, b in itertools.pairwise(positions)]
     lost = [a - b for a, b in itertools.pairwise(velocities)][:-1]  # the last step loses what is left
     assert lost == pytest.approx([2.0 * H] * len(lost), rel=1e-6)
+
+
+@pytest.mark.parametrize(("gap", "error"), [(5, 1e-7), (20, 2e-6), (50, 7e-5)])
+def test_a_gap_is_bridged_between_what_is_known_on_both_sides(gap: int, error: float) -> None:
+    def truth(cycle: int) -> float:
+        return 0.01 * (1.0 - math.cos(math.tau * 2.0 * (cycle + 1) * H))
+
+    drive = at(0.0)
+    for cycle in range(100):
+        assert drive.offer(cycle, truth(cycle)) is None
+        if cycle < 99:
+            drive.step()
+    positions = drive.bridge(gap, truth(100 + gap))
+    assert positions == pytest.approx([truth(100 + k) for k in range(gap)], abs=error)
+    # and they are gone through one by one, after the last target
+    assert drive.step() == truth(99)
+    for x in positions:
+        drive.go(x)
+        assert drive.step() == x
+    assert drive.missing == 0
+    assert drive.offer(100 + gap, truth(100 + gap)) is None
+
+
+def test_no_bridge_out_of_the_stroke_and_none_at_rest() -> None:
+    drive = at(0.099)
+    drive.offer(0, 0.099)
+    assert drive.bridge(3, 0.2) == []
+    drive.stop()
+    assert drive.bridge(3, 0.099) == []
+    drive.go(0.05)
+    assert drive.step() == 0.099

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from devices.cia402.buses import open_bus
+from devices.cia402.states import State
 from devices.clock import WallClock
-from devices.errors import BusUnavailable, DeviceError
+from devices.errors import BusUnavailable, DeviceError, DriveFault
+from devices.positioning import bring_to
 from devices.quanser_st3.driver import open_table
 
 if TYPE_CHECKING:
@@ -127,6 +129,39 @@ def test_a_host_that_falls_silent_leaves_no_moving_table(far: Far, port: int) ->
         assert codes == [b"\x00\x87"]
         state, standstill, _ = far.end()
     assert (state, standstill) == ("fault", True)
+
+
+def test_the_next_host_after_one_that_died(far: Far, port: int) -> None:
+    clock = WallClock()
+    with open_bus("udp_multicast", port=port) as bus:
+        first = open_table(bus, time_limit=0.5)
+        first.enable(0.0)
+        start, cycle = clock.now(), 0
+        while cycle < 70:
+            clock.wait_until(start + cycle * H)
+            first.exchange(cycle, 0.005 * (1.0 - math.cos(math.tau * 5.0 * (cycle + 1) * H)))
+            cycle = max(cycle + 1, int((clock.now() - start) / H))
+        # dead: not a word more; its emergency frame goes to nobody
+        for _ in range(500):
+            frame = bus.receive(0.01)
+            if frame is not None and frame[0] == 0x081:
+                break
+    with open_bus("udp_multicast", port=port) as bus, open_table(bus, time_limit=0.5) as table:
+        with pytest.raises(DriveFault, match="twin run --reset"):
+            table.enable(table.position)
+        for _ in range(500):
+            # The drive's ramp ends with SYNC or without.
+            clock.wait_until(clock.now() + H)
+            table._paced(None)
+            if table.state is State.FAULT:
+                break
+        table.reset_fault()
+        for _ in range(2):
+            assert bring_to(table, 0.001, 1.0, clock)
+            table.enable(0.001)
+            table.exchange(0, 0.001)
+            table.disable()
+    assert far.end()[:2] == ("switch on disabled", True)
 
 
 def test_nobody_at_the_other_end() -> None:

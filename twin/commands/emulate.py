@@ -9,6 +9,7 @@ import sys
 import threading
 
 from devices.errors import DeviceError
+from devices.scheduling import real_time
 from twin.commands.connection import LOCAL_BUSES, bus_of, emulate, emulated
 from twin.commands.inputs import capacity_for, scene_of
 from twin.errors import InputError
@@ -32,14 +33,15 @@ def run(options: argparse.Namespace) -> int:
         signal.signal(number, end)
     try:
         with bus_of(options) as bus:
-            specimen = specimen_of(scene)
-            emulator = emulate(entry, bus, scene, capacity_for(scene), specimen)
             # The emulator holds the block until its drive is enabled: two cycles before the host's first.
-            specimen.release()
-            where = {"scene": scene.name, "device": entry.name, "bus": str(bus)}
-            text = json.dumps(where) if options.json else f"{entry.name} of {scene.name} on {bus}; Ctrl-C ends it"
-            print(text, flush=True)
-            emulator.serve(stop)
+            specimen = specimen_of(scene, held=False)
+            emulator = emulate(entry, bus, scene, capacity_for(scene), specimen)
+            # As the host's cycle is: a drive that answers late makes the host miss its cycles.
+            with real_time() as scheduling:
+                where = {"scene": scene.name, "device": entry.name, "bus": str(bus), "scheduling": scheduling}
+                text = f"{entry.name} of {scene.name} on {bus}; {scheduling}; Ctrl-C ends it"
+                print(json.dumps(where) if options.json else text, flush=True)
+                emulator.serve(stop)
     except DeviceError as error:
         print(f"twin emulate: {error}", file=sys.stderr)
         return 2

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from devices.clock import WallClock
 from devices.errors import DeviceError
+from devices.positioning import bring_to, distance_to
 from devices.scheduling import real_time
 from recordings.errors import RecordingError
 from recordings.geometry import Geometry
@@ -30,6 +31,7 @@ from twin.plan import Rehearsal, rehearse
 from twin.rocking.track import warm_up
 from twin.run_report import RunReport
 from twin.scene import Scene
+from twin.stopping import stop_deceleration
 
 STOP_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 """Ctrl-C, a polite kill, a closed terminal (POSIX, Windows): each is a controlled stop while the table is ours."""
@@ -85,26 +87,43 @@ def _perform(
     sink: Sink,
     trouble: Callable[[], str | None],
 ) -> RunReport:
-    with link.table as table, _interruptible() as interrupted:
-        table.enable(rehearsal.motion.displacement(0.0))
-        length = rehearsal.motion.duration + rehearsal.after
-        with Progress(length, quiet=options.json) as progress, real_time() as scheduling:
-            report = perform(
-                table,
-                rehearsal.motion,
-                live_twin(scene),
-                sink,
-                WallClock(),
-                following_error=scene.twin.following_error_mm / 1e3,
-                after=rehearsal.after,
-                release=link.release,
-                stopped=lambda: interrupted() or trouble(),
-                progress=progress.show,
-            )
-        report.scheduling = scheduling
-        if report.tripped is None:
-            table.disable()
-        return report
+    report = RunReport()
+    with _interruptible() as interrupted:
+        try:
+            with link.table as table:
+                if options.reset:
+                    table.reset_fault()
+                start = rehearsal.motion.displacement(0.0)
+                if distance_to(table, start):
+                    print(f"moving     from {table.position * 1e3:.1f} mm to the start of the run", file=sys.stderr)
+                gentle = stop_deceleration(scene, rehearsal.capacity)
+                if not bring_to(table, start, gentle, WallClock(), stopped=lambda: interrupted() is not None):
+                    report.tripped = interrupted() or "operator: stop was asked"
+                    return report
+                table.enable(start)
+                length = rehearsal.motion.duration + rehearsal.after
+                with Progress(length, quiet=options.json) as progress, real_time() as scheduling:
+                    report = perform(
+                        table,
+                        rehearsal.motion,
+                        live_twin(scene),
+                        sink,
+                        WallClock(),
+                        following_error=scene.twin.following_error_mm / 1e3,
+                        after=rehearsal.after,
+                        release=link.release,
+                        stopped=lambda: interrupted() or trouble(),
+                        progress=progress.show,
+                    )
+                report.scheduling = scheduling
+                if report.tripped is None:
+                    table.disable()
+        except DeviceError as error:
+            if not report.executed:
+                raise
+            # The run was made and then something failed, closing the table at the latest: nothing of it may be lost.
+            report.tripped = f"{report.tripped}; then {error}" if report.tripped else str(error)
+    return report
 
 
 @contextmanager

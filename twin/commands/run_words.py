@@ -13,6 +13,7 @@ from twin.plan_report import clip_lines, response_line
 from twin.provenance import processor, versions
 from twin.run_report import RunReport
 from twin.scene import Scene
+from twin.stopping import stop_deceleration
 
 
 def opening(scene: Scene, rehearsal: Rehearsal, options: argparse.Namespace) -> dict[str, dict[str, str]]:
@@ -56,6 +57,7 @@ def before(scene: Scene, rehearsal: Rehearsal) -> list[str]:
         lines += clip_lines(rehearsal.clipped)
     length = rehearsal.motion.duration + rehearsal.after
     lines.append(f"expected   {response_line(rehearsal.response, rehearsal.block.slenderness)}")
+    lines.append(f"stopping   the drive's own ramp, {stop_deceleration(scene, rehearsal.capacity):.3g} m/s2")
     lines.append(f"run        {length:.1f} s at {scene.twin.cycle_hz:g} Hz on {scene.table.device}")
     return lines
 

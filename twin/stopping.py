@@ -1,0 +1,32 @@
+"""How gently a table stops when a run is broken off, so that the stop does not topple what stands on it."""
+
+from __future__ import annotations
+
+import math
+
+from excitation import Capacity
+from twin.scene import Scene
+
+STOPPING_SHARE = 0.5
+"""A stop stays under this share of g tan(alpha), so that it cannot rock a block that stands still."""
+
+
+def stop_deceleration(scene: Scene, capacity: Capacity) -> float:
+    """Return the deceleration of a quick stop, m/s2: half of g tan(alpha), or the table's acceleration where less.
+
+    A drive takes a steeper one by itself where the stroke left is too short for it. Emulated drives are given this
+    number. In a real drive it is object 6085, which is not written yet: its own setting holds, and is to be checked.
+
+    Examples
+    --------
+    >>> from twin.scene import load_scene
+    >>> from devices.quanser_st3.capacity import CAPACITY
+    >>> round(stop_deceleration(load_scene("b6l_sine"), CAPACITY), 6)
+    1.09
+    """
+    return min(STOPPING_SHARE * scene.block.block().uplift_acceleration, capacity.acceleration)
+
+
+def longest_stop(scene: Scene, capacity: Capacity) -> float:
+    """Return the time no quick stop of the emulated drive exceeds, s: from the speed that takes the whole stroke."""
+    return math.sqrt(2.0 * capacity.stroke / stop_deceleration(scene, capacity))
