@@ -3,31 +3,39 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from twin.rocking.block import Block
-from twin.rocking.compiled import FloatArray
-from twin.rocking.march import HALF_TURN, IMPACT, OVERTURNED, REST, STUCK, UPLIFT
-from twin.rocking.response import Outcome, Response
-from twin.rocking.run import MOST_STEPS, STILL_BASE, Run, initial_state, local_tolerance, parameters
+from twin.rocking.march import HALF_TURN
+from twin.rocking.methods import MODELS, NONLINEAR, MethodRefused, Problem, Solution, default_method
+from twin.rocking.methods import method as method_called
+from twin.rocking.methods.taylor import overturns
+from twin.rocking.models.ladder import AT_REST, AUTO, MODEL_TOLERANCE, choose
+from twin.rocking.response import Response
+from twin.rocking.restitution import Restitution, restitution_ratio
+from twin.rocking.run import STILL_BASE
 
 if TYPE_CHECKING:
     from excitation import Pulse
 
-ERROR_DEVIATIONS = 8.0
-ONE_ROUNDING = 2.0**-52
+__all__ = ["overturns", "simulate"]
+
+CLOSED_FORM = "closed-form"
 
 
 def simulate(
     block: Block,
     pulse: Pulse | None = None,
     *,
-    restitution: float | None = None,
+    restitution: Restitution = None,
     initial_rotation: float = 0.0,
     initial_angular_velocity: float = 0.0,
     duration: float | None = None,
     tolerance: float = 1e-10,
+    method: str | None = None,
+    step: float | None = None,
+    model: str = "nonlinear",
+    model_tolerance: float = MODEL_TOLERANCE,
 ) -> Response:
     """Return how `block` answers `pulse`: nonlinear equation, every impact at its exact time.
 
@@ -36,14 +44,28 @@ def simulate(
     block : Block
     pulse : Pulse, optional
         Base motion; None for free rocking.
-    restitution : float, optional
-        Ratio of angular velocities after and before an impact, 0 to 1. None: Housner's.
+    restitution : float or Improved, optional
+        Ratio of angular velocities after and before an impact, 0 to 1, or `Improved(k)`. None: Housner's.
     initial_rotation, initial_angular_velocity : float
         rad (|rotation| below pi/2) and rad/s, signed: positive leans towards +x.
     duration : float, optional
-        Length of the run, s: a longer pulse ends there. None: until the block rests or lies.
+        Length of the run, s: a longer pulse ends there. None: until the block rests or lies. A block that hardly loses
+        anything is followed over 100 000 impacts; where that is not enough, `Response.end_time` says how far it got.
     tolerance : float
-        Absolute error of the rotation along the run, rad, above 0; see `Response.rotation_error`.
+        Absolute error of the rotation along the run, rad, above 0, for the methods that choose their own steps; see
+        `Response.rotation_error`.
+    method : str, optional
+        "taylor" (default of the nonlinear model), "closed-form" (default of the others, and where nothing is forced),
+        "dop853" (reference; default of the quasi-linear model under a wave or a record), "rk4" or "newmark".
+    step : float, optional
+        Time step of rk4 and newmark, s; None: 1 ms. Each states its error in `Response.rotation_error`.
+    model : str
+        "nonlinear", "quasi-linear" (small rotation), "linearised" (small rotation and slenderness), or "auto": the
+        simplest whose error is proved to stay inside `model_tolerance`, "at rest" among them, with `method` for the
+        nonlinear one; see `twin.rocking.models.ladder`, and `model` and `model_reason` of the response.
+    model_tolerance : float
+        With "auto", the relative error of the peak rotation and of the times of impacts and rest (from uplift on)
+        allowed to a simpler model, above 0 and below 1.
 
     Returns
     -------
@@ -54,6 +76,8 @@ def simulate(
     ------
     ValueError
         Where an argument is not finite or outside its range.
+    MethodRefused
+        A `ValueError`: where the method cannot do what is asked.
 
     Examples
     --------
@@ -64,125 +88,45 @@ def simulate(
     ----------
     G. W. Housner, Bull. Seism. Soc. Am. 53(2), 1963; N. Ceh, doctoral thesis, Rijeka 2018, chapter 3.
     """
-    eta = block.housner_restitution if restitution is None else restitution
-    _check(eta, initial_rotation, initial_angular_velocity, duration, tolerance)
-    pieces = STILL_BASE[:0] if pulse is None else pulse.pieces
-    shaking = float(pieces[-1, 1]) if len(pieces) else 0.0
-    end = math.inf if duration is None else duration
-
-    body = parameters(block, eta, local_tolerance(tolerance))
-    run = Run(body, initial_state(body, initial_rotation, initial_angular_velocity))
-    run.advance(pieces, end)
-    if run.code == STUCK:
-        raise ValueError(
-            f"the run needs more than {MOST_STEPS} steps: it got to {run.time:.6g} s of {min(end, shaking):.6g} s; "
-            "give a shorter duration"
-        )
-    overturns, doubt = run.overturns_on_still_base()
-    if doubt or run.doubtful:
-        overturns = _settled_overturning(body, pieces, end, initial_rotation, initial_angular_velocity, overturns)
-    if not run.fallen and end > shaking:
-        run.advance_free(end)
-
-    return _response(block, eta, run, overturns, ERROR_DEVIATIONS * run.worst_error, min(end, max(run.time, shaking)))
-
-
-def overturns(
-    body: FloatArray, pieces: FloatArray, *, rotation: float = 0.0, angular_velocity: float = 0.0, end: float = math.inf
-) -> bool | None:
-    """Return whether the block overturns, None where one rounding of an input decides; no history is kept.
-
-    `body` is from `parameters`; `end` cuts the pieces, s; the initial rotation (rad) and rate (rad/s) are signed.
-    """
-    verdict, doubt = _first_verdict(body, pieces, end, rotation, angular_velocity)
-    return _settled_overturning(body, pieces, end, rotation, angular_velocity, verdict) if doubt else verdict
-
-
-def _first_verdict(body: FloatArray, pieces: FloatArray, end: float, rotation: float, rate: float) -> tuple[bool, bool]:
-    """Return whether the block overturns, and whether that has to be looked at again."""
-    run = Run(body, initial_state(body, rotation, rate), record=False)
-    run.advance(pieces, end)
-    verdict, doubt = run.overturns_on_still_base()
-    return verdict, doubt or run.doubtful
-
-
-def _settled_overturning(
-    body: FloatArray, pieces: FloatArray, end: float, rotation: float, rate: float, verdict: bool
-) -> bool | None:
-    """Return the verdict if it survives one rounding of every input and another step length; None if it does not."""
-    for changed, shaken, theta, omega in _neighbours(body, pieces, rotation, rate):
-        again, _ = _first_verdict(changed, shaken, end, theta, omega)
-        if again is not verdict:
-            return None
-    return verdict
-
-
-def _neighbours(
-    body: FloatArray, pieces: FloatArray, rotation: float, rate: float
-) -> Iterator[tuple[FloatArray, FloatArray, float, float]]:
-    for stride in (0.71, 0.53, 0.37):
-        changed = body.copy()
-        changed[5] = 1e-16
-        changed[6] = stride
-        yield changed, pieces, rotation, rate
-    for sign in (1.0, -1.0):
-        factor = 1.0 + sign * ONE_ROUNDING
-        for index in (0, 1, 3):  # alpha, p, eta
-            changed = body.copy()
-            changed[index] = min(changed[index] * factor, 1.0) if index == 3 else changed[index] * factor
-            yield changed, pieces, rotation, rate
-        louder = pieces.copy()
-        louder[:, 2:5] *= factor
-        slower = pieces.copy()
-        slower[:, :2] *= factor
-        slower[:, 3] /= factor
-        slower[:, 5] /= factor
-        yield body, louder, rotation, rate
-        yield body, slower, rotation, rate
-        if rotation != 0.0 or rate != 0.0:
-            yield body, pieces, rotation * factor, rate * factor
-
-
-def _response(block: Block, eta: float, run: Run, overturning: bool | None, error: float, known: float) -> Response:
-    events = run.events
-    codes = events[:, 2]
-    impacts = events[codes == IMPACT]
-    lifts = events[codes == UPLIFT]
-    rests = events[codes == REST]
-    falls = events[codes == OVERTURNED]
-    started = len(run.steps) > 0 and run.steps[0, 2] != 0.0
-    uplift = 0.0 if started else float(lifts[0, 0]) if len(lifts) else None
-
-    if overturning is None:
-        outcome = Outcome.UNDECIDED
-    elif overturning:
-        outcome = Outcome.OVERTURNED
-    else:
-        outcome = Outcome.STAYED if uplift is None else Outcome.ROCKED
-
-    resting = run.resting and uplift is not None
-    lying = run.fallen
-    side = float(run.state[1]) if lying else 0.0
-    return Response(
+    eta = restitution_ratio(block, restitution)
+    _check(initial_rotation, initial_angular_velocity, duration, tolerance, step, model, model_tolerance)
+    problem = Problem(
         block=block,
-        restitution=eta,
-        outcome=outcome,
-        uplift_time=uplift,
-        impact_times=impacts[:, 0].copy(),
-        impact_rates=impacts[:, 1].copy(),
-        rest_time=float(rests[-1, 0]) if resting and len(rests) else None,
-        overturning_time=float(falls[0, 0]) if len(falls) and outcome is Outcome.OVERTURNED else None,
-        peak_rotation=float(run.state[5]),
-        rotation_error=error,
-        end_time=math.inf if run.resting or lying else known,
-        _steps=run.steps,
-        _final=(run.time if lying or run.resting else math.inf, side),
+        eta=eta,
+        pieces=STILL_BASE[:0] if pulse is None else pulse.pieces,
+        rotation=initial_rotation,
+        rate=initial_angular_velocity,
+        end=math.inf if duration is None else duration,
+        tolerance=tolerance,
+        step=step,
+        model=NONLINEAR if model == AUTO else model,
     )
+    reason = f"{model}: asked for"
+    if model == AUTO:
+        choice = choose(problem, _closed_form, model_tolerance)
+        model, reason = choice.model, choice.reason
+        if choice.solution is not None:
+            how = "none" if model == AT_REST else CLOSED_FORM
+            return Response(block, eta, how, model, choice.solution, pulse, reason)
+    solver = method_called(default_method(problem) if method is None else method)
+    if model not in solver.models:
+        raise MethodRefused(f"{solver.name} solves the {', '.join(solver.models)} model; asked for {model}")
+    return Response(block, eta, solver.name, model, solver.solve(problem), pulse, reason)
 
 
-def _check(eta: float, rotation: float, rate: float, duration: float | None, tolerance: float) -> None:
-    if not 0.0 <= eta <= 1.0:
-        raise ValueError(f"restitution is {eta:g}; it is a ratio of angular velocities, from 0 to 1")
+def _closed_form(problem: Problem) -> Solution:
+    return method_called(CLOSED_FORM).solve(problem)
+
+
+def _check(
+    rotation: float,
+    rate: float,
+    duration: float | None,
+    tolerance: float,
+    step: float | None,
+    model: str,
+    model_tolerance: float,
+) -> None:
     if not abs(rotation) < HALF_TURN:
         raise ValueError(f"initial rotation is {rotation:g} rad; it must lie inside -pi/2 to pi/2")
     if not math.isfinite(rate):
@@ -191,3 +135,9 @@ def _check(eta: float, rotation: float, rate: float, duration: float | None, tol
         raise ValueError(f"duration is {duration:g} s; it must be above 0 and finite")
     if not 0.0 < tolerance < math.inf:
         raise ValueError(f"tolerance is {tolerance:g} rad; it must be above 0 and finite")
+    if step is not None and not 0.0 < step < math.inf:
+        raise ValueError(f"step is {step:g} s; it must be above 0 and finite")
+    if model not in (*MODELS, AUTO):
+        raise ValueError(f"there is no model {model!r}; there are {', '.join((*MODELS, AUTO))}")
+    if not 0.0 < model_tolerance < 1.0:
+        raise ValueError(f"model tolerance is {model_tolerance:g}; it is a relative error, above 0 and below 1")

@@ -12,9 +12,11 @@ import numpy as np
 
 from twin.rocking.compiled import FloatArray, compiled
 from twin.rocking.polynomial import slope, value
+from twin.rocking.series import ORDER
 
 EPSILON = 2.3e-16
 TANGENT_ORDER = 12
+LEFT_OUT = 0.1
 # Columns of the state, as in march.py (which imports this module).
 PHI, PSI, RATE, E11, E12, E22, WORST, DOUBT = 2, 3, 4, 6, 7, 8, 9, 10
 # Beyond this standard deviation (rad) or this relative change of the impact rate, the linear picture is not trusted.
@@ -23,7 +25,7 @@ LARGEST_IMPACT_CHANGE = 1e-3
 
 
 @compiled
-def carry(state: FloatArray, f: FloatArray, forced: int, work: FloatArray, h: float) -> None:
+def carry(state: FloatArray, f: FloatArray, forced: int, work: FloatArray, h: float, tolerance: float) -> None:
     """Carry the ellipse over a step of length `h` (1/p), called before the state itself is advanced.
 
     delta'' = K delta, K = C - f S, whose series follow from those of the step (rows 0 and 1 of `work`; row 2 is
@@ -41,11 +43,13 @@ def carry(state: FloatArray, f: FloatArray, forced: int, work: FloatArray, h: fl
     state[E11] = c * c * e11 + 2.0 * c * s * e12 + s * s * e22
     state[E12] = c * q * e11 + (c * r + s * q) * e12 + s * r * e22
     state[E22] = q * q * e11 + 2.0 * q * r * e12 + r * r * e22
-    # Rounding of the sums, and one rounding of the forcing over the step.
+    # Rounding of the sums, one rounding of the forcing over the step, and the terms left out: 0.9^24 of `tolerance`,
+    # what the step's length allows them.
     d = EPSILON * min(abs(state[PHI]) + abs(state[RATE]) * h, 2.0)
     w = EPSILON * (abs(state[RATE]) + (1.0 + abs(f[0])) * h)
-    state[E11] += d * d + w * w * h * h
-    state[E22] += w * w
+    left_out = LEFT_OUT * tolerance
+    state[E11] += d * d + w * w * h * h + left_out * left_out
+    state[E22] += w * w + (ORDER * left_out / h) ** 2
     worst = math.sqrt(state[E11])
     state[WORST] = max(state[WORST], worst)
     if worst > LARGEST_LINEAR:

@@ -146,7 +146,7 @@ def march(
             h = _half_turn(c, work[2], h)
         if recording:
             _record(steps, used, t, h, state[SIDE], c)
-        carry(state, f, forced, work, h)
+        carry(state, f, forced, work, h, body[TOLERANCE])
 
         if fallen:
             state[TIME] = t + h / p

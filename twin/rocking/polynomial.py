@@ -100,7 +100,7 @@ def first_root(c: FloatArray, n: int, end: float) -> tuple[float, bool]:
 
 @compiled
 def maximum(c: FloatArray, n: int, end: float, known: float) -> float:
-    """Return the larger of `known` and the polynomial's maximum on [0, end]."""
+    """Return the larger of `known` and the maximum on [0, end]; `known` or c[0] must not be below zero."""
     best = max(known, c[0], value(c, n, end))
     left = 0.0
     right = end
@@ -108,9 +108,60 @@ def maximum(c: FloatArray, n: int, end: float, known: float) -> float:
         width = right - left
         top = max(value(c, n, left), value(c, n, right))
         best = max(best, top)
-        if top + 0.125 * bend_bound(c, n, right) * width * width <= best * (1.0 + 4e-16) or width <= 1e-9 * end:
+        bend = bend_bound(c, n, right)
+        settled = top + 0.125 * bend * width * width <= best * (1.0 + 4e-16) or width <= 1e-9 * end
+        rising = slope(c, n, left)
+        if not settled:
+            # Where the slope cannot change sign, the ends, already counted, are the highest.
+            settled = abs(rising) > bend * width
+        if not settled and rising > 0.0 > slope(c, n, right) and _concave(c, n, left, right):
+            best = max(best, value(c, n, _level(c, n, left, right)))
+            settled = True
+        if settled:
             left = right
             right = min(end, left + 2.0 * width)
         else:
             right = 0.5 * (left + right)
     return best
+
+
+@compiled
+def _concave(c: FloatArray, n: int, left: float, right: float) -> bool:
+    """Tell whether the second derivative is surely negative on [left, right]: its middle, and a bound of the third."""
+    x = 0.5 * (left + right)
+    middle = n * (n - 1) * c[n]
+    twist = n * (n - 1) * (n - 2) * abs(c[n])
+    for k in range(n - 1, 1, -1):
+        middle = middle * x + k * (k - 1) * c[k]
+    for k in range(n - 1, 2, -1):
+        twist = twist * right + k * (k - 1) * (k - 2) * abs(c[k])
+    return middle + 0.5 * (right - left) * twist < 0.0
+
+
+@compiled
+def _level(c: FloatArray, n: int, left: float, right: float) -> float:
+    """Return a point in [left, right] where the slope, positive at the left and negative at the right, is near zero."""
+    high = slope(c, n, left)
+    low = slope(c, n, right)
+    enough = 1e-10 * (high - low)
+    x = left
+    stayed = 0
+    for _ in range(60):
+        x = left + (right - left) * high / (high - low)
+        y = slope(c, n, x)
+        if abs(y) <= enough or not left < x < right:
+            break
+        # Regula falsi after Illinois: an end that stays twice counts half.
+        if y > 0.0:
+            left = x
+            high = y
+            if stayed == 1:
+                low *= 0.5
+            stayed = 1
+        else:
+            right = x
+            low = y
+            if stayed == -1:
+                high *= 0.5
+            stayed = -1
+    return x

@@ -12,9 +12,6 @@ from twin.rocking.compiled import FloatArray
 from twin.rocking.march import (
     CAME_TO_REST,
     DOUBT,
-    E11,
-    E12,
-    E22,
     EVENT_COLUMNS,
     FELL,
     FULL,
@@ -31,7 +28,6 @@ from twin.rocking.march import (
     march_through,
 )
 from twin.rocking.series import scratch
-from twin.rocking.verdict import barrier_margins, impact_slope
 
 MOST_STEPS = 400_000
 STILL_BASE = np.array([[0.0, math.inf, 0.0, 0.0, 0.0, 0.0, 0.0]])
@@ -96,8 +92,9 @@ class Run:
 
     def __post_init__(self) -> None:
         if self.record:
-            self._steps = np.zeros((256, STEP_COLUMNS))
-            self._events = np.zeros((256, EVENT_COLUMNS))
+            # Rows are written whole before they are read.
+            self._steps = np.empty((64, STEP_COLUMNS))
+            self._events = np.empty((64, EVENT_COLUMNS))
 
     @property
     def steps(self) -> FloatArray:
@@ -131,8 +128,8 @@ class Run:
             if self._steps.shape[0] >= MOST_STEPS:
                 self.code = STUCK
                 return self.code
-            self._steps = np.concatenate([self._steps, np.zeros_like(self._steps)])
-            self._events = np.concatenate([self._events, np.zeros_like(self._events)])
+            self._steps = np.concatenate([self._steps, np.empty_like(self._steps)])
+            self._events = np.concatenate([self._events, np.empty_like(self._events)])
 
     def advance_free(self, end: float = math.inf) -> int:
         """Go on over a still base."""
@@ -152,27 +149,6 @@ class Run:
     def time(self) -> float:
         """Time reached, s."""
         return float(self.state[TIME])
-
-    def overturns_on_still_base(self) -> tuple[bool, bool]:
-        """Return whether the block overturns if the base stays still from now on, and whether rounding decides it."""
-        if self.state[SIDE] == 0.0:
-            return False, False
-        alpha, eta, psi, v = self.body[0], self.body[3], self.state[PSI], self.state[RATE]
-        ahead, around = barrier_margins(alpha, eta, psi, v)
-        if self.code == FELL:
-            return True, False
-        along = math.cos(0.5 * psi)
-        doubt = abs(ahead) <= SAFETY * self._spread(along, 1.0)
-        if ahead <= 0.0:
-            by_phi, by_v = impact_slope(alpha, psi, v)
-            doubt |= abs(around) <= SAFETY * (eta * self._spread(by_phi, by_v) + 4e-16)
-        return ahead > 0.0 or around > 0.0, bool(doubt)
-
-    def _spread(self, by_phi: float, by_v: float) -> float:
-        """Return the standard deviation of a quantity with these derivatives, plus one rounding of the state."""
-        e = self.state
-        variance = by_phi * by_phi * e[E11] + 2.0 * by_phi * by_v * e[E12] + by_v * by_v * e[E22]
-        return math.sqrt(max(0.0, float(variance))) + 4e-16
 
 
 # The ellipse is an estimate of first order: a thousand of its deviations are looked at twice.

@@ -71,3 +71,18 @@ def test_number_of_impacts_tells_the_modes_apart() -> None:
     assert len(with_impact.impact_times) > 0
     assert len(without.impact_times) == 0
     assert math.isclose(with_impact.peak_rotation, math.pi / 2)
+
+
+def test_compiled_code_is_tied_to_every_module_of_the_solver() -> None:
+    """Numba alone would keep calling an old version of what an unchanged file imports."""
+    from twin.rocking.batch.compiled import lent
+    from twin.rocking.compiled import SOURCE_DIGEST, compiled
+    from twin.rocking.verdict import barrier_margins
+
+    for function in (barrier_margins, compiled(_one), lent(_one)):
+        cache = function._cache._cache_file  # pyright: ignore[reportAttributeAccessIssue, reportFunctionMemberAccess]
+        assert cache._source_stamp[1] == SOURCE_DIGEST
+
+
+def _one(x: float) -> float:
+    return x

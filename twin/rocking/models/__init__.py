@@ -1,0 +1,1 @@
+"""Which model is enough: bounds of what a simpler equation gets wrong, computed without running the richer one."""
