@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from recordings.rerun_view import Scene, connect, gap_event, hand_over
+from recordings.rerun_view import Scene, connect, hand_over
 from recordings.run import Cycles
 from recordings.viewer import start_viewer
+from recordings.words import gap_event
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

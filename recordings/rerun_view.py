@@ -15,6 +15,7 @@ import rerun.blueprint as rrb
 from recordings.errors import RecordingError
 from recordings.geometry import block_poses
 from recordings.viewer import start_viewer
+from recordings.words import document_text, gap_event
 from twin.cycle import Event
 
 if TYPE_CHECKING:
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
     from recordings.geometry import Geometry
     from recordings.run import Cycles, Run
-    from twin.cycle import Missed
 
 APPLICATION = "shake_table_twin"
 TIMELINE = "time"
@@ -119,17 +119,6 @@ def _range(view: str, cycles: Cycles) -> rrb.ScalarAxis | None:
     if not 0.0 < span < np.inf:
         return None
     return rrb.ScalarAxis(range=(float(values.min()) - 0.05 * span, float(values.max()) + 0.05 * span))
-
-
-def document_text(metadata: Mapping[str, Mapping[str, str]]) -> str:
-    """Metadata as Markdown: a heading for each record; values of several lines as code blocks."""
-    lines: list[str] = []
-    for name, values in metadata.items():
-        lines.append(f"## {name}")
-        for key, value in values.items():
-            lines.append(f"* {key}:\n```\n{value.strip()}\n```" if "\n" in value else f"* {key}: {value}")
-        lines.append("")
-    return "\n".join(lines)
 
 
 class Scene:
@@ -225,11 +214,6 @@ class Scene:
             self._stream.send_columns(entity, indexes=[index], columns=columns, strict=True)
 
 
-def gap_event(gap: Missed, time: float) -> Event:
-    """Say a gap in words, at `time` (table's clock, s)."""
-    return Event(time, gap.host_time_ns, "warning", "missed", f"cycles {gap.first} to {gap.last} were not executed")
-
-
 def _fill(stream: rr.RecordingStream, run: Run) -> None:
     stream.send_recording_name(run.path.stem)
     scene = Scene(stream, run.geometry)
@@ -251,11 +235,11 @@ def to_rrd(run: Run, path: Path) -> None:
     """
     if path.suffix.lower() != ".rrd":
         raise RecordingError(f"{path} is not written: a Rerun file ends in .rrd")
+    if path.is_file():
+        raise RecordingError(f"{path} exists already and is not overwritten")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.open("xb").close()
-    except FileExistsError:
-        raise RecordingError(f"{path} exists already and is not overwritten") from None
     except OSError as error:
         raise RecordingError(f"{path} cannot be written: {error.strerror}") from None
     try:

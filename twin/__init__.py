@@ -9,16 +9,19 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from twin.map.overturning import OverturningMap, overturning_map
     from twin.rocking.block import Block
     from twin.rocking.response import Outcome, Response
     from twin.simulation import simulate
 
-__all__ = ["Block", "Outcome", "Response", "simulate"]
+__all__ = ["Block", "Outcome", "OverturningMap", "Response", "overturning_map", "simulate"]
 
 _HOMES = {
     "Block": "twin.rocking.block",
     "Outcome": "twin.rocking.response",
+    "OverturningMap": "twin.map.overturning",
     "Response": "twin.rocking.response",
+    "overturning_map": "twin.map.overturning",
     "simulate": "twin.simulation",
 }
 

@@ -12,8 +12,10 @@ A shake-table digital twin for rocking blocks.
 
   twin run                    the main job: block B6L on the emulated Quanser ST-III, one full sine, live at 1 kHz
   twin plan SCENE             what the table can do of a scene and what the block will do; nothing moves
+  twin map SCENE              which pulses of a grid overturn the block, and which of them the table can run
   twin replay FILE.mcap       a recorded run through the same live code again
   twin view FILE.mcap         a recorded run in Rerun
+  twin chart                  speed against accuracy of every method, measured on this machine
 """
 EXIT_CODES = "exit codes: 0 done as asked, 1 not (see each command), 2 bad input"
 DEFAULT_SCENE = "b6l_sine"
@@ -82,6 +84,27 @@ def parser() -> argparse.ArgumentParser:
         "--speed", type=float, metavar="X", help="1 is real time, 0.1 a tenth of it (default: as fast as it goes)"
     )
 
+    chart = _command(
+        commands,
+        "chart",
+        "measure speed against accuracy of every method on this machine, and draw it",
+        "exit codes: 0 measured, 1 the default method was wrong or refused somewhere, or Ctrl-C, 2 bad input",
+    )
+    chart.add_argument(
+        "--out",
+        type=Path,
+        default=Path("chart.png"),
+        metavar="CHART.png",
+        help="the picture (.png, .svg or .pdf; default: chart.png); a .csv of every point is written beside it",
+    )
+    chart.add_argument("--record", type=Path, metavar="FILE.at2", help="an earthquake record too (PEER AT2 or CSV)")
+    chart.add_argument(
+        "--scale", type=float, default=1.0, metavar="X", help="factor on the record's acceleration (default: 1)"
+    )
+    chart.add_argument("--quick", action="store_true", help="fewer points and a coarser map: under 30 s")
+
+    _map(commands)
+
     view = _command(commands, "view", "open a recording in Rerun", "exit codes: 0 shown or written, 2 bad input")
     view.add_argument("file", type=Path, metavar="FILE.mcap")
     view.add_argument("--out", type=Path, metavar="FILE.rrd", help="write a Rerun file instead of opening a viewer")
@@ -133,6 +156,40 @@ def _scene(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--scale", type=float, default=1.0, metavar="X", help="factor on the record's acceleration (default: 1)"
     )
+
+
+def _map(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:  # pyright: ignore[reportPrivateUsage]
+    command = _command(
+        commands,
+        "map",
+        "find what every pulse of a grid does to a scene's block",
+        "exit codes: 0 the map is done, 1 stopped by Ctrl-C (with --out, --resume goes on), 2 bad input",
+    )
+    _scene(command)
+    command.add_argument(
+        "--kind",
+        metavar="KIND",
+        help="sine, cosine, lasting-sine (with --duration), constant or double-pulse (default: the scene's)",
+    )
+    spans = (
+        ("amplitude", "rows of waves and constant pulses, in g tan(alpha), or with the unit g or m/s2"),
+        ("frequency", "columns of waves, omega in p, or with the unit Hz or rad/s"),
+        ("length", "columns of constant pulses, p times the time, or with the unit s or ms"),
+        ("velocity", "rows of double pulses: peak velocity in m/s, or with the unit mm/s"),
+        ("gap", "columns of double pulses: stop gap in m, or with the unit mm"),
+    )
+    for name, purpose in spans:
+        command.add_argument(f"--{name}", metavar="START:STOP:COUNT", help=f"{purpose}, as in 0.1:10:100")
+    command.add_argument("--duration", type=float, metavar="S", help="length of a lasting sine, s")
+    command.add_argument("--full", action="store_true", help="overturning times and peak rotations too")
+    command.add_argument("--method", metavar="NAME", help="cell by cell with this method of `simulate`: slow")
+    command.add_argument("--model", metavar="NAME", help="nonlinear (default), quasi-linear, linearised or auto: slow")
+    command.add_argument("--restitution", metavar="ETA", help="a number, improved:K or housner (default: the scene's)")
+    command.add_argument("--initial-tilt", type=float, metavar="DEG", help="initial rotation (default: the scene's)")
+    command.add_argument("--executor", metavar="dask://HOST:PORT", help="work on this dask cluster (extra `cluster`)")
+    command.add_argument("--out", type=Path, metavar="FILE.npz", help="write the map (.npz or .csv)")
+    command.add_argument("--picture", type=Path, metavar="FILE.png", help="draw it, with what the table can run")
+    command.add_argument("--resume", action="store_true", help="go on with an --out that was stopped")
 
 
 def _bus(command: argparse.ArgumentParser, default: str = "virtual") -> None:

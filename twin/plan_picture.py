@@ -114,10 +114,10 @@ def _rotation(axes: Any, plan: Plan, end: float) -> None:
     alpha = plan.block.slenderness
     if plan.futures is not None:
         for k, future in enumerate(plan.futures.responses):
-            t = np.linspace(0.0, min(end - motion.pulse_start, future.end_time), 1500)
+            t = np.linspace(0.0, min(end - plan.futures.start, future.end_time), 1500)
             label = f"futures ({len(plan.futures.responses)} of {plan.futures.count})" if k == 0 else None
             theta = np.asarray(future.rotation(t)) / alpha
-            axes.plot(t + motion.pulse_start, theta, color=FUTURE, lw=0.6, label=label)
+            axes.plot(t + plan.futures.start, theta, color=FUTURE, lw=0.6, label=label)
     t = np.linspace(0.0, min(end, response.end_time), 4000)
     axes.plot(t, np.asarray(response.rotation(t)) / alpha, color=PREDICTED, lw=1.6, label="predicted")
     for sign in (1, -1):

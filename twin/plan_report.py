@@ -5,18 +5,24 @@ from __future__ import annotations
 import math
 
 from excitation import Clipped
-from twin.plan import MARGIN_RANGE, Plan
+from twin.margin import MARGIN_RANGE
+from twin.plan import Plan
+from twin.rocking.block import Block
 from twin.rocking.response import Outcome, Response
+from twin.rocking.validity import Validity
 
 
 def sentences(plan: Plan) -> list[str]:
-    """Return the plan as lines of text: table, clip, prediction, margin, futures, verdict."""
+    """Return the plan as lines of text: table, clip, prediction, its model and validity, margin, futures, verdict."""
     lines = [f"scene      {plan.scene.name}: {plan.scene.title}", _block_line(plan), _table_line(plan)]
     if plan.clipped is not None:
         lines += clip_lines(plan.clipped)
     if plan.response is None or plan.futures is None:
         return [*lines, f"verdict    not feasible: {plan.capacity.name} cannot make this excitation"]
     lines.append(f"predicted  {response_line(plan.response, plan.block.slenderness)}")
+    lines += _model_lines(plan.response, plan.sufficient)
+    if plan.contact is not None:
+        lines += _contact_lines(plan.contact, plan.block)
     lines.append(_margin_line(plan))
     twin = plan.scene.twin
     spreads = (
@@ -24,6 +30,11 @@ def sentences(plan: Plan) -> list[str]:
         f"tilt at the pulse +-{twin.initial_tilt_spread_deg:g} deg"
     )
     undecided = f", {plan.futures.undecided} undecided" if plan.futures.undecided else ""
+    lines.append(_stop_line(plan))
+    if plan.capacity.kinds is not None:
+        lines.append(
+            f"note       {plan.capacity.name} makes the pulse alone: the way to its start and its end are yours"
+        )
     lines.append(f"futures    {plan.futures.overturned} of {plan.futures.count} overturn{undecided} ({spreads})")
     lines.append(f"verdict    {verdict(plan)}")
     return lines
@@ -55,7 +66,11 @@ def verdict(plan: Plan) -> str:
         Outcome.OVERTURNED: "THE BLOCK OVERTURNS",
         Outcome.UNDECIDED: "the outcome is undecided: one rounding of an input changes it",
     }
-    return f"{can}; {does[plan.response.outcome]}"
+    futures = plan.futures
+    but = ""
+    if plan.stays_up and futures is not None and futures.overturned > 0:
+        but = f", but {futures.overturned} of {futures.count} futures overturn"
+    return f"{can}; {does[plan.response.outcome]}{but}"
 
 
 def response_line(response: Response, slenderness: float) -> str:
@@ -71,6 +86,40 @@ def response_line(response: Response, slenderness: float) -> str:
         return f"overturns{when} after {_counted(len(before), 'impact')}; {lift}"
     rest = "" if response.rest_time is None else f", at rest from {response.rest_time:.3f} s"
     return f"{response.outcome.value}: {peak}; {lift}, {_counted(count, 'impact')}{rest}"
+
+
+def _model_lines(response: Response, sufficient: Response | None) -> list[str]:
+    """Return the model the prediction is of, and the simplest one that would do."""
+    if sufficient is None:
+        return [f"model      {response.model}"]
+    if sufficient.model == response.model:
+        return [f"model      {sufficient.model_reason}"]
+    return [f"model      {response.model}; enough would be {sufficient.model_reason}"]
+
+
+def _contact_lines(contact: Validity, block: Block) -> list[str]:
+    """Return what the motion asks of the contact, and a warning for each way in which it asks too much."""
+    weight = "of the weight"
+    force = f"{contact.least_normal:.3f} {weight}"
+    if block.mass is not None:
+        force = f"{contact.least_normal * block.mass * block.gravity:.4g} N, {force}"
+    impacts = "" if contact.impact_friction is None else f", {contact.impact_friction:.3f} at each impact"
+    given = "; the scene gives no friction" if contact.friction is None else f"; the scene has {contact.friction:g}"
+    needs = "no friction would do"
+    if math.isfinite(contact.friction_needed):
+        needs = f"needs friction {contact.friction_needed:.3f} (at {contact.friction_time:.3f} s){impacts}{given}"
+    lines = [f"contact    {needs}; least normal force {force} (at {contact.least_normal_time:.3f} s)"]
+    if contact.lift_off_time is not None:
+        lines.append(
+            f"WARNING    the base would have to pull at {contact.lift_off_time:.3f} s: "
+            "the block leaves it, and the prediction ends there"
+        )
+    if contact.sliding_time is not None:
+        lines.append(
+            f"WARNING    friction {contact.friction:g} is not enough from {contact.sliding_time:.3f} s on: "
+            "the block slides, and the prediction ends there"
+        )
+    return lines
 
 
 def _counted(count: int, noun: str) -> str:
@@ -106,6 +155,14 @@ def _table_line(plan: Plan) -> str:
     return (
         f"table      {capacity.name}: {capacity.stroke * 1e3:g} mm, {capacity.velocity:g} m/s, "
         f"{capacity.acceleration:g} m/s2{source}"
+    )
+
+
+def _stop_line(plan: Plan) -> str:
+    deceleration, duration, distance = plan.stop
+    return (
+        f"stopping   from the top speed: {deceleration:.3g} m/s2 for {duration:.2f} s over {distance * 1e3:.0f} mm, "
+        "steeper where the stroke left asks for it"
     )
 
 
@@ -150,11 +207,33 @@ def as_data(plan: Plan) -> dict[str, object]:
             "rest_time_s": response.rest_time,
             "overturning_time_s": response.overturning_time,
             "rotation_error_rad": response.rotation_error,
+            "model": response.model,
         },
+        "sufficient_model": None
+        if plan.sufficient is None
+        else {"model": plan.sufficient.model, "reason": plan.sufficient.model_reason},
+        "contact": None if plan.contact is None else _contact_data(plan.contact),
         "margin": None if margin is None else {"smallest": margin.smallest, "up": margin.up, "down": margin.down},
         "futures": None
         if futures is None
         else {"count": futures.count, "overturned": futures.overturned, "undecided": futures.undecided},
+    }
+
+
+def _contact_data(contact: Validity) -> dict[str, object]:
+    """Return the contact's needs; forces as shares of m g, an infinite friction (the block leaves the base) as None."""
+    needed = contact.friction_needed
+    return {
+        "holds": contact.holds,
+        "friction_needed": needed if math.isfinite(needed) else None,
+        "friction_time_s": contact.friction_time,
+        "least_normal": contact.least_normal,
+        "least_normal_time_s": contact.least_normal_time,
+        "impact_friction": contact.impact_friction,
+        "lift_off_time_s": contact.lift_off_time,
+        "friction": contact.friction,
+        "sliding_time_s": contact.sliding_time,
+        "until_s": contact.until,
     }
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 import platform
 import subprocess
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import cast
+
+from twin.rocking.compiled import SOURCE_DIGEST
 
 NUMERIC_PACKAGES = ("shake-table-twin", "numpy", "numba", "llvmlite")
 """Packages that take part in a prediction; equal versions on equal processors give equal bits."""
@@ -23,16 +24,8 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             found[name] = "not installed"
     found["git"] = git_revision()
-    found["solver"] = solver_digest()
+    found["solver"] = SOURCE_DIGEST[:16]
     return found
-
-
-def solver_digest() -> str:
-    """Return a digest of the solver's own source: two checkouts of one version may still differ in it."""
-    digest = hashlib.sha256()
-    for path in sorted((Path(__file__).parent / "rocking").glob("*.py")):
-        digest.update(path.read_bytes().replace(b"\r\n", b"\n"))
-    return digest.hexdigest()[:16]
 
 
 def git_revision() -> str:

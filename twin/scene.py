@@ -99,9 +99,11 @@ def parse_scene(text: str, *, name: str, folder: Path) -> Scene:
 def parse_scene_json(text: str, *, name: str, folder: Path) -> Scene:
     """Return the scene a recording holds as JSON; raises `InputError`."""
     try:
-        return _placed(Scene.model_validate_json(text), name, folder)
+        scene = Scene.model_validate_json(text)
+        scene.block.block()
     except ValidationError as error:
         raise InputError(sentence(error, f"recorded scene {name}", _keys_at)) from None
+    return _placed(scene, name, folder)
 
 
 def _placed(scene: Scene, name: str, folder: Path) -> Scene:

@@ -31,6 +31,7 @@ class BlockPart(Part):
     mass_kg: Positive | None = None
     gravity_m_s2: Positive = 9.81
     restitution: Annotated[float, Field(ge=0, le=1)] | None = None
+    friction: Annotated[float, Field(gt=0, le=100)] | None = None
     initial_rotation_deg: Annotated[float, Field(gt=-90, lt=90)] = 0.0
 
     def block(self) -> Block:
@@ -49,7 +50,7 @@ class NoShaking(Part):
     """`kind = "none"`: the table stands still."""
 
     kind: Literal["none"]
-    duration_s: Annotated[float, Field(gt=0, le=3600)] = 5.0
+    duration_s: Annotated[float, Field(ge=0.01, le=3600)] = 5.0
 
     def pulse(self, gravity: float, folder: Path) -> Pulse | None:  # noqa: ARG002 - the same call for every kind
         """Return None: nothing shakes."""

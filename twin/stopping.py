@@ -11,7 +11,7 @@ STOPPING_SHARE = 0.5
 """A stop stays under this share of g tan(alpha), so that it cannot rock a block that stands still."""
 
 
-def stop_deceleration(scene: Scene, capacity: Capacity) -> float:
+def stop_deceleration(scene: Scene, capacity: Capacity | None) -> float:
     """Return the deceleration of a quick stop, m/s2: half of g tan(alpha), or the table's acceleration where less.
 
     A drive takes a steeper one by itself where the stroke left is too short for it. Emulated drives are given this
@@ -24,7 +24,8 @@ def stop_deceleration(scene: Scene, capacity: Capacity) -> float:
     >>> round(stop_deceleration(load_scene("b6l_sine"), CAPACITY), 6)
     1.09
     """
-    return min(STOPPING_SHARE * scene.block.block().uplift_acceleration, capacity.acceleration)
+    gentle = STOPPING_SHARE * scene.block.block().uplift_acceleration
+    return gentle if capacity is None else min(gentle, capacity.acceleration)
 
 
 def longest_stop(scene: Scene, capacity: Capacity) -> float:

@@ -16,7 +16,8 @@ from rerun.chunk import RrdReader
 
 from recordings import RecordingError, RunWriter, live_feed, read_run, viewer
 from recordings.live_feed import LiveFeed
-from recordings.rerun_view import document_text, hand_over, to_rrd
+from recordings.rerun_view import hand_over, to_rrd
+from recordings.words import document_text
 from twin.cycle import Event, Missed
 
 if TYPE_CHECKING:

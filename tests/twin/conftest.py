@@ -17,7 +17,7 @@ from twin.commands.connection import connect
 from twin.commands.replay import live_twin
 from twin.cycle import CycleRecord, Event, Missed
 from twin.live import perform
-from twin.plan import Rehearsal, rehearse
+from twin.rehearsal import Rehearsal, rehearse
 from twin.run_report import RunReport
 from twin.scene import Scene, parse_scene
 

@@ -6,6 +6,7 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from devices.air_track.capacity import CAPACITY as AIR_TRACK
@@ -14,9 +15,11 @@ from excitation import SineWave
 from tests.facts import B6L, BOUNDARIES, LIMIT, P
 from tests.twin.conftest import FREE, short_scene
 from twin.errors import InputError
-from twin.plan import plan_run, rehearse
+from twin.margin import _shaking_of  # pyright: ignore[reportPrivateUsage]
+from twin.plan import plan_run
 from twin.plan_picture import draw_plan
 from twin.plan_report import as_data, sentences
+from twin.rehearsal import rehearse
 from twin.rocking.response import Outcome
 from twin.scene import load_scene, parse_scene, shipped_scenes
 
@@ -120,6 +123,53 @@ def test_the_margin_of_a_double_pulse_ends_where_its_gap_does() -> None:
     assert plan.clipped.given is not None
     assert plan.margin is not None
     assert plan.margin.up is None or plan.margin.up < 0.03
+
+
+def test_a_tilted_block_is_let_go_at_the_same_time_in_every_part_of_the_plan() -> None:
+    still = "restitution_spread = 0\nslenderness_spread_percent = 0\ninitial_tilt_spread_deg = 0"
+    text = sine_scene(1.35, 3.4, still).replace("height_mm = 270", "height_mm = 270\ninitial_rotation_deg = 5")
+    plan = plan_run(scene_of(text), ST3)
+    assert plan.response is not None
+    assert plan.futures is not None
+    assert plan.margin is not None
+    fell = plan.response.outcome is Outcome.OVERTURNED
+    assert plan.futures.overturned == (20 if fell else 0)
+    peaks = [response.peak_rotation for response in plan.futures.responses]
+    assert peaks == pytest.approx([plan.response.peak_rotation] * 20, rel=1e-9)
+    # Just beyond the margin the outcome is the other one.
+    change = plan.margin.smallest
+    assert change is not None
+    other = text.replace(repr(1.35 * LIMIT), repr(1.35 * LIMIT * (1.0 + change * (1.0 + 1e-6))))
+    assert plan_run(scene_of(other), ST3).stays_up is fell
+
+
+@pytest.mark.parametrize("amplitude", [0.24, 0.28, 0.32])
+def test_the_margin_brakes_like_the_run_where_the_jerk_is_limited(amplitude: float) -> None:
+    scene = parse_scene(
+        f"""
+        [block]
+        width_mm = 60
+        height_mm = 270
+        [excitation]
+        kind = "constant"
+        acceleration_g = {amplitude}
+        duration_s = 0.15
+        [table]
+        device = "quanser_st3"
+        brake_m_s2 = 6
+        """,
+        name="jerky",
+        folder=Path(),
+    )
+    rehearsal = rehearse(scene, ST3.model_copy(update={"jerk": 20.0, "stroke": 1.0}))
+    assert rehearsal.given is not None
+    made = rehearsal.motion.shaking
+    laid = _shaking_of(rehearsal)(rehearsal.given)
+    t = np.linspace(0.0, made.duration, 1000)[1:-1]
+    rows = np.searchsorted(laid[:, 0], t, side="right") - 1
+    assert laid[-1, 1] == pytest.approx(made.duration, abs=1e-9)
+    linear = laid[rows, 2] + laid[rows, 3] * (t - laid[rows, 0])
+    assert linear == pytest.approx(made.acceleration(t), abs=1e-6)
 
 
 def test_futures_repeat_with_their_seed() -> None:

@@ -108,6 +108,18 @@ def test_refused_in_one_sentence(change: tuple[str, str], words: str) -> None:
     assert "\n" not in message
 
 
+def test_a_recorded_scene_is_checked_like_any_other() -> None:
+    text = parse(GOOD).model_dump_json().replace('"width_mm":60.0', '"width_mm":1e-8')
+    with pytest.raises(InputError, match="width"):
+        parse_scene_json(text, name="recorded", folder=Path())
+
+
+def test_standing_still_takes_some_time() -> None:
+    text = GOOD.replace('kind = "sine"\namplitude_g = 0.3\nfrequency_hz = 2', 'kind = "none"\nduration_s = 0.001')
+    with pytest.raises(InputError, match="duration_s"):
+        parse(text)
+
+
 def test_a_record_that_is_not_there() -> None:
     text = GOOD.replace('kind = "sine"\namplitude_g = 0.3\nfrequency_hz = 2', 'kind = "record"\npath = "nowhere.at2"')
     with pytest.raises(InputError, match=r"cannot read nowhere.at2"):

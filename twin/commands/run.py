@@ -27,7 +27,7 @@ from twin.commands.run_words import after, as_data, before, closing, opening
 from twin.cycle import Sink, Tee
 from twin.errors import InputError
 from twin.live import perform
-from twin.plan import Rehearsal, rehearse
+from twin.rehearsal import Rehearsal, rehearse
 from twin.rocking.track import warm_up
 from twin.run_report import RunReport
 from twin.scene import Scene

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from recordings.recorder import RecorderReport
 from twin.commands.connection import Connection
-from twin.plan import Rehearsal
 from twin.plan_report import clip_lines, response_line
 from twin.provenance import processor, versions
+from twin.rehearsal import Rehearsal
 from twin.run_report import RunReport
 from twin.scene import Scene
 from twin.stopping import stop_deceleration
