@@ -61,7 +61,7 @@ def simulate(
         Time step of rk4 and newmark, s; None: 1 ms. Each states its error in `Response.rotation_error`.
     model : str
         "nonlinear", "quasi-linear" (small rotation), "linearised" (small rotation and slenderness), or "auto": the
-        simplest whose error is proved to stay inside `model_tolerance`, "at rest" among them, with `method` for the
+        simplest whose error is bounded to stay inside `model_tolerance`, "at rest" among them, with `method` for the
         nonlinear one; see `twin.rocking.models.ladder`, and `model` and `model_reason` of the response.
     model_tolerance : float
         With "auto", the relative error of the peak rotation and of the times of impacts and rest (from uplift on)
@@ -102,6 +102,8 @@ def simulate(
         model=NONLINEAR if model == AUTO else model,
     )
     reason = f"{model}: asked for"
+    if model not in (NONLINEAR, AUTO):
+        reason += "; nothing is claimed about the nonlinear answer"
     if model == AUTO:
         choice = choose(problem, _closed_form, model_tolerance)
         model, reason = choice.model, choice.reason

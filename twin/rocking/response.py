@@ -101,7 +101,8 @@ class Response:
     def rotation_error(self) -> float:
         """Estimate of the largest error of the rotation along the run, rad.
 
-        For the default method eight deviations of the error carried with the solution. Where it exceeds the tolerance
+        Against the exact answer of the same model's equation: what a simpler equation leaves out is not in it (see
+        `model_reason`). For the default method eight deviations of the error carried with the solution. Where it exceeds the tolerance
         asked for, the problem, not the method, sets the limit.
         """
         return self._solution.error
