@@ -102,8 +102,8 @@ class Response:
         """Estimate of the largest error of the rotation along the run, rad.
 
         Against the exact answer of the same model's equation: what a simpler equation leaves out is not in it (see
-        `model_reason`). For the default method eight deviations of the error carried with the solution. Where it exceeds the tolerance
-        asked for, the problem, not the method, sets the limit.
+        `model_reason`). For the default method eight deviations of the error carried with the solution. Where it
+        exceeds the tolerance asked for, the problem, not the method, sets the limit.
         """
         return self._solution.error
 
