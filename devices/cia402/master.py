@@ -78,7 +78,6 @@ class Cia402Table(ShakeTable):
         super().__init__(capacity, cycle_time, frames.POSITION_UNIT, start_window)
         self._clock = clock or WallClock()
         self._link = Link(bus, drive_node, sensor_node, self._clock, idle, time_limit)
-        self._open_limit = open_limit
         self._open_tries = max(1, int(open_limit / time_limit)) if idle is None else 3
         self._state_limit = state_limit
         self._state_cycles = max(1, round(state_limit / cycle_time))

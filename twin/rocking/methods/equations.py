@@ -122,8 +122,3 @@ def time_to_rest(model: int, alpha: float, eta: float, v: float) -> float:
         power *= y * y
         damped *= eta * eta
     return 2.0 * total / lam
-
-
-def no_rows(columns: int) -> FloatArray:
-    """Return an empty array of that many columns."""
-    return np.zeros((0, columns))
