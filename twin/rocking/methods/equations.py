@@ -15,8 +15,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from twin.rocking.block import Block
 from twin.rocking.compiled import FloatArray, compiled
 from twin.rocking.methods.problem import LINEARISED, MODELS, MethodRefused, Problem
