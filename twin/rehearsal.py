@@ -14,8 +14,6 @@ from twin.scene_parts import NoShaking
 from twin.simulation import simulate
 from twin.stopping import stop_deceleration
 
-POSITIONING_SHARE = 0.5
-"""Positioning stays under this share of g tan(alpha), so that it cannot rock the block."""
 AFTERWARDS = 0.5
 """Time left after the block is predicted to rest or lie, s."""
 LONGEST_WAIT = 60.0
@@ -82,7 +80,7 @@ def make_motion(scene: Scene, capacity: Capacity | None, pulse: Pulse | None, *,
         return Motion.standstill(duration)
     return Motion(
         pulse,
-        POSITIONING_SHARE * scene.block.block().uplift_acceleration,
+        stop_deceleration(scene, capacity),  # positioning is as gentle as a stop
         capacity=capacity,
         brake=brake_of(scene, capacity),
         coast=scene.table.coast_s,

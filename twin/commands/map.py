@@ -25,7 +25,7 @@ from twin.errors import InputError
 from twin.map.blocks import OUTCOMES, Question, answers
 from twin.map.export import NAMES, export
 from twin.map.store import MapStore, asked
-from twin.rehearsal import POSITIONING_SHARE
+from twin.rehearsal import brake_of
 from twin.scene import Scene
 
 
@@ -133,13 +133,13 @@ def _write(options: argparse.Namespace, scene: Scene, store: MapStore) -> None:
     if options.picture is not None:
         from twin.map.picture import draw_map
 
-        lift = store.question.grid.block.uplift_acceleration
+        capacity = capacity_for(scene)
         draw_map(
             store,
             options.picture,
-            capacity_for(scene),
+            capacity,
             title=scene.title,
-            brake=scene.table.brake_m_s2 or POSITIONING_SHARE * lift,
+            brake=brake_of(scene, capacity),
             coast=scene.table.coast_s,
             payload=scene.block.mass_kg,
         )

@@ -13,12 +13,11 @@ import numpy as np
 from twin.rocking.compiled import FloatArray, compiled
 from twin.rocking.polynomial import slope, value
 from twin.rocking.series import ORDER
+from twin.rocking.state import DOUBT, E11, E12, E22, PHI, RATE, WORST
 
 EPSILON = 2.3e-16
 TANGENT_ORDER = 12
 LEFT_OUT = 0.1
-# Columns of the state, as in march.py (which imports this module).
-PHI, PSI, RATE, E11, E12, E22, WORST, DOUBT = 2, 3, 4, 6, 7, 8, 9, 10
 # Beyond this standard deviation (rad) or this relative change of the impact rate, the linear picture is not trusted.
 LARGEST_LINEAR = 1e-6
 LARGEST_IMPACT_CHANGE = 1e-3
@@ -39,17 +38,26 @@ def carry(state: FloatArray, f: FloatArray, forced: int, work: FloatArray, h: fl
         stiffness[k] = total
     c, q = _transition(stiffness, 1.0, 0.0, h)
     s, r = _transition(stiffness, 0.0, 1.0, h)
+    grow(state, c, s, q, r, f[0], h, LEFT_OUT * tolerance)
+
+
+@compiled
+def grow(state: FloatArray, c: float, s: float, q: float, r: float, force: float, h: float, left_out: float) -> None:
+    """Carry the ellipse over a stretch of length `h` with transition matrix [[c, s], [q, r]], and add its own error.
+
+    Rounding of the sums, one rounding of the forcing `force` over the stretch, and the terms `left_out` of the series:
+    0.9^24 of its tolerance, what the step's length allows them.
+    """
     e11, e12, e22 = state[E11], state[E12], state[E22]
     state[E11] = c * c * e11 + 2.0 * c * s * e12 + s * s * e22
     state[E12] = c * q * e11 + (c * r + s * q) * e12 + s * r * e22
     state[E22] = q * q * e11 + 2.0 * q * r * e12 + r * r * e22
-    # Rounding of the sums, one rounding of the forcing over the step, and the terms left out: 0.9^24 of `tolerance`,
-    # what the step's length allows them.
     d = EPSILON * min(abs(state[PHI]) + abs(state[RATE]) * h, 2.0)
-    w = EPSILON * (abs(state[RATE]) + (1.0 + abs(f[0])) * h)
-    left_out = LEFT_OUT * tolerance
+    w = EPSILON * (abs(state[RATE]) + (1.0 + abs(force)) * h)
     state[E11] += d * d + w * w * h * h + left_out * left_out
-    state[E22] += w * w + (ORDER * left_out / h) ** 2
+    state[E22] += w * w
+    if left_out > 0.0:
+        state[E22] += (ORDER * left_out / h) ** 2
     worst = math.sqrt(state[E11])
     state[WORST] = max(state[WORST], worst)
     if worst > LARGEST_LINEAR:
@@ -76,13 +84,20 @@ def reflect(state: FloatArray, alpha: float, eta: float, before: float, force: f
 
     d(phi)+ = -eta d(phi);  d(v)+ = -eta d(v) + (eta F- + F+) / v- d(phi),  F-+ = -sin(alpha) -+ f cos(alpha).
     """
+    sine = math.sin(alpha)
+    cosine = math.cos(alpha)
+    saltate(state, eta, before, -sine - force * cosine, -sine + force * cosine)
+
+
+@compiled
+def saltate(state: FloatArray, eta: float, before: float, leaving: float, entering: float) -> None:
+    """Carry the ellipse over an impact at rate `before` < 0: `leaving` and `entering` are phi'' just before and after.
+
+    d(phi)+ = -eta d(phi);  d(v)+ = -eta d(v) + (eta phi''- + phi''+) / v- d(phi).
+    """
     if before == 0.0:
         state[DOUBT] = 1.0
         return
-    sine = math.sin(alpha)
-    cosine = math.cos(alpha)
-    leaving = -sine - force * cosine
-    entering = -sine + force * cosine
     m = (eta * leaving + entering) / before
     if math.sqrt(state[E11]) * abs(leaving) > LARGEST_IMPACT_CHANGE * before * before:
         state[DOUBT] = 1.0

@@ -28,18 +28,33 @@ from twin.rocking.series import (
     rocking_series,
     step_length,
 )
+from twin.rocking.state import (
+    ALPHA,
+    AT_REST,
+    DOUBT,
+    E11,
+    E12,
+    E22,
+    GRAVITY,
+    IMPACT,
+    OVERTURNED,
+    PEAK,
+    PHI,
+    PSI,
+    RATE,
+    REST,
+    RESTITUTION,
+    SIDE,
+    STRIDE,
+    THRESHOLD,
+    TIME,
+    TOLERANCE,
+    UPLIFT,
+    P,
+    note,
+    record,
+)
 from twin.rocking.uplift import first_uplift, steepest
-
-# What a run needs to know of its block: see `parameters`.
-ALPHA, P, GRAVITY, RESTITUTION, THRESHOLD, TOLERANCE, STRIDE = range(7)
-# The state: time s, side, phi rad, psi = alpha - phi rad, v = d(phi)/d(p t), peak rad, the error ellipse, doubt.
-TIME, SIDE, PHI, PSI, RATE, PEAK, E11, E12, E22, WORST, DOUBT, AT_REST = range(12)
-STATE_SIZE = 12
-# A recorded step: start s, length (1/p), side, coefficients.
-STEP_COLUMNS = 3 + ORDER + 1
-# An event: time s, signed rate rad/s (before an impact), code.
-EVENT_COLUMNS = 3
-IMPACT, UPLIFT, REST, OVERTURNED = 1.0, 2.0, 3.0, 4.0
 
 REACHED, FELL, FULL, CAME_TO_REST, STUCK = range(5)
 
@@ -99,7 +114,7 @@ def march(
             lift = first_uplift(piece, t, end, body[THRESHOLD])
             until = end if lift < 0.0 else lift
             if recording and until > t:
-                _record(steps, used, t, p * (until - t), 0.0, c)
+                record(steps, used, t, p * (until - t), 0.0, c)
             state[TIME] = until
             if lift < 0.0:
                 return REACHED
@@ -107,7 +122,7 @@ def march(
             state[PHI] = 0.0
             state[PSI] = alpha
             state[RATE] = 0.0
-            _note(events, used, lift, 0.0, UPLIFT)
+            note(events, used, lift, 0.0, UPLIFT)
             t = lift
 
         forced = forcing_series(piece, t, state[SIDE] / body[GRAVITY], p, f)
@@ -145,7 +160,7 @@ def march(
             state[PEAK] = HALF_TURN
             h = _half_turn(c, work[2], h)
         if recording:
-            _record(steps, used, t, h, state[SIDE], c)
+            record(steps, used, t, h, state[SIDE], c)
         carry(state, f, forced, work, h, body[TOLERANCE])
 
         if fallen:
@@ -153,7 +168,7 @@ def march(
             state[PHI] = HALF_TURN
             state[PSI] = alpha - HALF_TURN
             state[RATE] = slope(c, ORDER, h)
-            _note(events, used, state[TIME], state[SIDE] * p * state[RATE], OVERTURNED)
+            note(events, used, state[TIME], state[SIDE] * p * state[RATE], OVERTURNED)
             return FELL
 
         if contact == NO_ROOT:
@@ -172,7 +187,7 @@ def march(
         before = min(slope(c, ORDER, h), 0.0)
         if grazing:
             state[DOUBT] = 1.0
-        _note(events, used, state[TIME], state[SIDE] * p * before, IMPACT)
+        note(events, used, state[TIME], state[SIDE] * p * before, IMPACT)
         a = base_acceleration(piece, state[TIME])
         reflect(state, alpha, eta, before, state[SIDE] * a / body[GRAVITY])
         state[SIDE] = -state[SIDE]
@@ -215,7 +230,6 @@ def _settle(
 ) -> None:
     """Put a block whose impacts have become tiny to rest, where they end before anything changes."""
     alpha = body[ALPHA]
-    p = body[P]
     v = state[RATE]
     a /= body[GRAVITY]
     weak = math.sin(alpha) - abs(a) * math.cos(alpha)
@@ -228,9 +242,31 @@ def _settle(
         left = remaining_time(v, alpha, body[RESTITUTION])
     else:
         left = remaining_time_forced(v, weak, strong, body[RESTITUTION])
+    rest_after(body, state, piece, end, left, weak, math.cos(alpha), events, used)
+
+
+@compiled
+def rest_after(
+    body: FloatArray,
+    state: FloatArray,
+    piece: FloatArray,
+    end: float,
+    left: float,
+    weak: float,
+    pull: float,
+    events: FloatArray,
+    used: FloatArray,
+) -> None:
+    """Put a block to rest `left` / p from now, where that is before `end` and nothing changes much until then.
+
+    `weak` is what pulls it back to the base on the side where that is less, units of p2; a change of a / g changes it
+    by `pull` times as much.
+    """
     if math.isinf(left):
         return
-    change = steepest(piece) / body[GRAVITY] / p * left * math.cos(alpha)
+    p = body[P]
+    v = state[RATE]
+    change = steepest(piece) / body[GRAVITY] / p * left * pull
     if v > DEAD_RATE and (state[TIME] + left / p > end or change > 0.1 * weak):
         return
     state[TIME] = min(state[TIME] + left / p, end)
@@ -241,7 +277,7 @@ def _settle(
     state[E22] = 0.0
     if weak > 0.0:
         state[AT_REST] = state[TIME]
-        _note(events, used, state[TIME], 0.0, REST)
+        note(events, used, state[TIME], 0.0, REST)
 
 
 @compiled
@@ -261,27 +297,3 @@ def _half_turn(c: FloatArray, room: FloatArray, end: float) -> float:
     room[0] = HALF_TURN - c[0]
     x, _ = first_root(room, ORDER, end)
     return end if x == NO_ROOT else x
-
-
-@compiled
-def _record(steps: FloatArray, used: FloatArray, t: float, h: float, side: float, c: FloatArray) -> None:
-    row = steps[int(used[0])]
-    row[0] = t
-    row[1] = h
-    row[2] = side
-    if side == 0.0:
-        row[3:] = 0.0
-    else:
-        row[3:] = c
-    used[0] += 1.0
-
-
-@compiled
-def _note(events: FloatArray, used: FloatArray, t: float, rate: float, code: float) -> None:
-    if events.shape[0] == 0:
-        return
-    row = events[int(used[1])]
-    row[0] = t
-    row[1] = rate
-    row[2] = code
-    used[1] += 1.0

@@ -9,25 +9,9 @@ import numpy as np
 
 from twin.rocking.block import Block
 from twin.rocking.compiled import FloatArray
-from twin.rocking.march import (
-    CAME_TO_REST,
-    DOUBT,
-    EVENT_COLUMNS,
-    FELL,
-    FULL,
-    PEAK,
-    PHI,
-    PSI,
-    RATE,
-    SIDE,
-    STATE_SIZE,
-    STEP_COLUMNS,
-    STUCK,
-    TIME,
-    WORST,
-    march_through,
-)
+from twin.rocking.march import CAME_TO_REST, FELL, FULL, STUCK, march_through
 from twin.rocking.series import scratch
+from twin.rocking.state import DOUBT, EVENT_COLUMNS, PEAK, PHI, PSI, RATE, SIDE, STATE_SIZE, STEP_COLUMNS, TIME, WORST
 
 MOST_STEPS = 400_000
 STILL_BASE = np.array([[0.0, math.inf, 0.0, 0.0, 0.0, 0.0, 0.0]])

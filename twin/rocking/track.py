@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from twin.rocking.block import Block
-from twin.rocking.march import EVENT_COLUMNS, FELL, FULL, IMPACT, OVERTURNED, REST, SIDE, TIME, UPLIFT, march
+from twin.rocking.march import FELL, FULL, march
 from twin.rocking.run import NOTHING_STEPS, initial_state, local_tolerance, parameters, signed
 from twin.rocking.series import scratch
+from twin.rocking.state import EVENT_COLUMNS, IMPACT, OVERTURNED, REST, SIDE, TIME, UPLIFT
 
 EVENT_NAMES = {IMPACT: "impact", UPLIFT: "uplift", REST: "rest", OVERTURNED: "overturned"}
 EVENTS_AT_ONCE = 32

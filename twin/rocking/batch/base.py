@@ -31,13 +31,13 @@ from twin.rocking.batch.step import (
     TAU,
 )
 from twin.rocking.compiled import FloatArray
-from twin.rocking.march import ALPHA, GRAVITY, RESTITUTION, THRESHOLD, P
 from twin.rocking.series import AMPLITUDE as PIECE_AMPLITUDE
 from twin.rocking.series import C0 as PIECE_C0
 from twin.rocking.series import C1 as PIECE_C1
 from twin.rocking.series import OMEGA as PIECE_OMEGA
 from twin.rocking.series import PHASE as PIECE_PHASE
 from twin.rocking.series import T0, T1
+from twin.rocking.state import ALPHA, GRAVITY, RESTITUTION, THRESHOLD, P
 from twin.rocking.uplift import UPLIFT_TOLERANCE
 
 MOVING, STRUCK, FALLEN, STANDING, FALLS_OVER, DOUBT, LIES = range(7)

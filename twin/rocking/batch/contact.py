@@ -35,8 +35,9 @@ from twin.rocking.batch.step import (
     TAU,
 )
 from twin.rocking.compiled import FloatArray
-from twin.rocking.march import ALPHA, HALF_TURN, RESTITUTION
+from twin.rocking.march import HALF_TURN
 from twin.rocking.polynomial import NO_ROOT, first_root, slope
+from twin.rocking.state import ALPHA, RESTITUTION
 
 # Changes that the error may make at an impact, relatively, for the linear picture of it to hold.
 LINEAR = 1e-2

@@ -47,7 +47,8 @@ from twin.rocking.batch.step import (
     advance,
 )
 from twin.rocking.compiled import FloatArray, compiled
-from twin.rocking.march import ALPHA, HALF_TURN, P
+from twin.rocking.march import HALF_TURN
+from twin.rocking.state import ALPHA, P
 
 Codes = NDArray[np.uint8]
 Counts = NDArray[np.int32]

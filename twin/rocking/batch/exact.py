@@ -8,16 +8,17 @@ import numpy as np
 
 from twin.rocking.batch.engine import DOUBTFUL, OVERTURNED, ROCKED, STAYED, Codes, Counts, Numbers, Signs
 from twin.rocking.compiled import FloatArray, compiled
-from twin.rocking.march import (
+from twin.rocking.march import FELL, FULL, HALF_TURN, march, march_through
+from twin.rocking.march import UPLIFT as UPLIFT_EVENT
+from twin.rocking.run import SAFETY
+from twin.rocking.series import ORDER
+from twin.rocking.state import (
     ALPHA,
     DOUBT,
     E11,
     E12,
     E22,
     EVENT_COLUMNS,
-    FELL,
-    FULL,
-    HALF_TURN,
     IMPACT,
     PEAK,
     PHI,
@@ -28,12 +29,7 @@ from twin.rocking.march import (
     STATE_SIZE,
     STEP_COLUMNS,
     TIME,
-    march,
-    march_through,
 )
-from twin.rocking.march import UPLIFT as UPLIFT_EVENT
-from twin.rocking.run import SAFETY
-from twin.rocking.series import ORDER
 from twin.rocking.verdict import barrier_margins, impact_slope
 
 EVENT_ROOM = 64

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.rocking.compiled import FloatArray
-from twin.rocking.march import CAME_TO_REST, FELL, FULL, SIDE, TIME
+from twin.rocking.march import CAME_TO_REST, FELL, FULL
 from twin.rocking.methods.free import MOST_IMPACTS, evaluate_flights, flight_rows, impacts_left, run_free
 from twin.rocking.methods.problem import History
+from twin.rocking.state import SIDE, TIME
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,20 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.rocking.compiled import FloatArray
-from twin.rocking.march import (
-    ALPHA,
-    DOUBT,
-    EVENT_COLUMNS,
-    FELL,
-    FULL,
-    PEAK,
-    PSI,
-    REACHED,
-    SIDE,
-    STUCK,
-    TIME,
-    WORST,
-)
+from twin.rocking.march import FELL, FULL, REACHED, STUCK
 from twin.rocking.methods.after import Stages, free_stage, joined
 from twin.rocking.methods.equations import model_code, model_parameters
 from twin.rocking.methods.judgement import sorted_events, still_base_verdict
@@ -39,6 +26,7 @@ from twin.rocking.methods.rounding import settled
 from twin.rocking.methods.segment import COLUMNS, evaluate_rows
 from twin.rocking.run import initial_state
 from twin.rocking.series import AMPLITUDE, C1, T0, T1
+from twin.rocking.state import ALPHA, DOUBT, EVENT_COLUMNS, PEAK, PSI, SIDE, TIME, WORST
 
 MOST_ROWS = 400_000
 

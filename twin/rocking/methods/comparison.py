@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.rocking.compiled import FloatArray
-from twin.rocking.march import ALPHA, PEAK, PSI, RATE, RESTITUTION, SIDE, TIME
 from twin.rocking.methods.equations import margins
 from twin.rocking.methods.judgement import sorted_events
 from twin.rocking.methods.problem import History, Problem, Solution
 from twin.rocking.run import initial_state
+from twin.rocking.state import ALPHA, PEAK, PSI, RATE, RESTITUTION, SIDE, TIME
 
 SAMPLES = 257
 # Runs that differ by more than this share of the slenderness tell nothing of each other.

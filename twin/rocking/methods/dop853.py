@@ -11,13 +11,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from twin.rocking.march import ALPHA, FELL, REACHED, SIDE
+from twin.rocking.march import FELL, REACHED
 from twin.rocking.methods.comparison import Track, begin, solution
 from twin.rocking.methods.equations import centre, model_code, model_parameters
 from twin.rocking.methods.fixed import refuse_endless
 from twin.rocking.methods.legs import Legs, advance
 from twin.rocking.methods.problem import MODELS, Problem, Solution
 from twin.rocking.run import STILL_BASE
+from twin.rocking.state import ALPHA, SIDE
 
 # Tolerance per step, relative; a run at the looser one stands beside it for the error.
 SHARE, LOOSER = 1e-2, 1e3

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.rocking.compiled import FloatArray
-from twin.rocking.march import ALPHA, EVENT_COLUMNS, FELL, FULL, REACHED, SIDE, TIME
+from twin.rocking.march import FELL, FULL, REACHED
 from twin.rocking.methods.comparison import Track, begin, solution
 from twin.rocking.methods.equations import centre, model_code, model_parameters
 from twin.rocking.methods.fixed_march import FIXED_COLUMNS, NO_ANSWER, evaluate_fixed, fixed_march
 from twin.rocking.methods.problem import MethodRefused, Problem, Solution
 from twin.rocking.run import STILL_BASE
 from twin.rocking.series import OMEGA
+from twin.rocking.state import ALPHA, EVENT_COLUMNS, SIDE, TIME
 
 DEFAULT_STEP = 1e-3
 """s: the thesis' own."""

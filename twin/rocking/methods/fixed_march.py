@@ -11,27 +11,12 @@ from __future__ import annotations
 import math
 
 from twin.rocking.compiled import FloatArray, compiled
-from twin.rocking.march import (
-    ALPHA,
-    FELL,
-    FULL,
-    GRAVITY,
-    HALF_TURN,
-    OVERTURNED,
-    PEAK,
-    PHI,
-    PSI,
-    RATE,
-    REACHED,
-    SIDE,
-    STUCK,
-    TIME,
-    P,
-)
-from twin.rocking.methods.contact import lift_off, note, strike_base
+from twin.rocking.march import FELL, FULL, HALF_TURN, REACHED, STUCK
+from twin.rocking.methods.contact import lift_off, strike_base
 from twin.rocking.methods.equations import acceleration, centre
 from twin.rocking.methods.schemes import step_to, take_step
 from twin.rocking.series import AMPLITUDE, C1, OMEGA, PHASE, T0, T1, base_acceleration
+from twin.rocking.state import ALPHA, GRAVITY, OVERTURNED, PEAK, PHI, PSI, RATE, SIDE, TIME, P, note
 from twin.rocking.uplift import steepest
 
 # A recorded step: start s, length 1/p, side, phi and v at the start, change of phi, v at the end.

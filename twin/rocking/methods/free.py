@@ -11,35 +11,13 @@ import math
 import numpy as np
 
 from twin.rocking.compiled import FloatArray, compiled
-from twin.rocking.march import (
-    ALPHA,
-    AT_REST,
-    CAME_TO_REST,
-    E11,
-    E12,
-    E22,
-    FELL,
-    FULL,
-    HALF_TURN,
-    LONGEST_FLIGHT,
-    PEAK,
-    PHI,
-    PSI,
-    RATE,
-    REACHED,
-    REST_RATE,
-    RESTITUTION,
-    SIDE,
-    STUCK,
-    TIME,
-    WORST,
-    P,
-)
+from twin.rocking.march import CAME_TO_REST, FELL, FULL, HALF_TURN, LONGEST_FLIGHT, REACHED, REST_RATE, STUCK
 from twin.rocking.methods.elliptic import position
 from twin.rocking.methods.equations import FULL_EQUATION, acceleration, centre, growth, margin_slopes, time_to_rest
 from twin.rocking.methods.flight import bounce, fall, flight_series, strike
 from twin.rocking.methods.segment import COLUMNS, K0, LENGTH, MU, PHI0, START, V0, motion, row_at
 from twin.rocking.methods.segment import SIDE as ROW_SIDE
+from twin.rocking.state import ALPHA, AT_REST, E11, E12, E22, PEAK, PHI, PSI, RATE, RESTITUTION, SIDE, TIME, WORST, P
 
 MOST_IMPACTS = 100_000
 EPSILON = 2.3e-16

@@ -7,22 +7,10 @@ import math
 import numpy as np
 
 from twin.rocking.compiled import FloatArray, compiled
-from twin.rocking.march import (
-    ALPHA,
-    E11,
-    E12,
-    E22,
-    FELL,
-    IMPACT,
-    PSI,
-    RATE,
-    REST,
-    RESTITUTION,
-    SIDE,
-    UPLIFT,
-)
+from twin.rocking.march import FELL
 from twin.rocking.methods.equations import margin_slopes, margins
 from twin.rocking.run import SAFETY
+from twin.rocking.state import ALPHA, E11, E12, E22, IMPACT, PSI, RATE, REST, RESTITUTION, SIDE, UPLIFT
 
 ROUNDING = 4e-16
 

@@ -11,27 +11,13 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq  # pyright: ignore[reportUnknownVariableType]
 
 from twin.rocking.compiled import FloatArray
-from twin.rocking.march import (
-    ALPHA,
-    EVENT_COLUMNS,
-    FELL,
-    GRAVITY,
-    HALF_TURN,
-    OVERTURNED,
-    PEAK,
-    PHI,
-    PSI,
-    RATE,
-    REACHED,
-    SIDE,
-    TIME,
-    P,
-)
-from twin.rocking.methods.contact import lift_off, note, strike_base
+from twin.rocking.march import FELL, HALF_TURN, REACHED
+from twin.rocking.methods.contact import lift_off, strike_base
 from twin.rocking.methods.equations import acceleration, centre
 from twin.rocking.methods.fixed_march import clear_of_contact, greatest_bend
 from twin.rocking.methods.problem import MethodRefused
 from twin.rocking.series import base_acceleration
+from twin.rocking.state import ALPHA, EVENT_COLUMNS, GRAVITY, OVERTURNED, PEAK, PHI, PSI, RATE, SIDE, TIME, P, note
 
 MOST_STEPS = 100_000
 LONGEST = 0.4

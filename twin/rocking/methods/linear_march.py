@@ -5,24 +5,9 @@ from __future__ import annotations
 import math
 
 from twin.rocking.compiled import FloatArray, compiled
-from twin.rocking.march import (
-    ALPHA,
-    FELL,
-    FULL,
-    GRAVITY,
-    HALF_TURN,
-    OVERTURNED,
-    PEAK,
-    PHI,
-    PSI,
-    RATE,
-    REACHED,
-    SIDE,
-    STUCK,
-    TIME,
-    P,
-)
-from twin.rocking.methods.contact import carry_linear, lift_off, note, strike_base
+from twin.rocking.error_ellipse import grow
+from twin.rocking.march import FELL, FULL, HALF_TURN, REACHED, STUCK
+from twin.rocking.methods.contact import lift_off, strike_base
 from twin.rocking.methods.equations import SMALL_ROTATION, acceleration, centre
 from twin.rocking.methods.segment import (
     FORCE,
@@ -45,6 +30,7 @@ from twin.rocking.methods.segment import (
 from twin.rocking.methods.segment import SIDE as ROW_SIDE
 from twin.rocking.series import AMPLITUDE, C1, PHASE, T0, base_acceleration
 from twin.rocking.series import OMEGA as PIECE_OMEGA
+from twin.rocking.state import ALPHA, GRAVITY, OVERTURNED, PEAK, PHI, PSI, RATE, SIDE, TIME, P, note
 
 # Longer stretches, in 1/p, are cut: e^x of them would lose digits.
 LONGEST = 4.0
@@ -108,7 +94,7 @@ def linear_march(
         row[LENGTH] = h
         used[0] += 1.0
         s1, _, c = growing(row[MU], h)
-        carry_linear(state, c, s1, row[MU] * s1, c, f, h)
+        grow(state, c, s1, row[MU] * s1, c, f, h, 0.0)
         moved, v, _ = motion(row, h)
         state[TIME] = end if last else min(t + h / p, end)
         if fallen:

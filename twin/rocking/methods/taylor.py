@@ -13,13 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twin.rocking.compiled import FloatArray
-from twin.rocking.march import PEAK, SIDE, STUCK
+from twin.rocking.march import STUCK
 from twin.rocking.methods.after import Stages, free_stage, joined
 from twin.rocking.methods.equations import FULL_EQUATION
 from twin.rocking.methods.judgement import sorted_events, still_base_verdict
 from twin.rocking.methods.problem import NONLINEAR, MethodRefused, Problem, Solution
 from twin.rocking.methods.rounding import settled
 from twin.rocking.run import MOST_STEPS, Run, initial_state, local_tolerance, parameters
+from twin.rocking.state import PEAK, SIDE
 
 ERROR_DEVIATIONS = 8.0
 TIGHT = 1e-10
