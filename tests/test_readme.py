@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from devices.capacity_file import load_capacity
-from twin.cli import main
+from twin.cli import COMMANDS, main
 from twin.scene import load_scene, parse_scene
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -55,7 +55,7 @@ def test_the_plan_shown_is_the_plan_made(capsys: pytest.CaptureFixture[str]) -> 
 
 
 def test_every_command_is_in_the_table() -> None:
-    for command in ("scenes", "plan", "run", "replay", "view", "emulate", "map", "chart"):
+    for command in COMMANDS:
         assert f"| `twin {command}" in README
 
 
