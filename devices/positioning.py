@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from devices.errors import DeviceNotReady, DeviceTimeout
 from excitation import SineWave
 from excitation.motion import SHORTEST_MOVE
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 SETTLE = 0.25
 """Time the table is held at its destination, s: many times the lag of its position loop."""
+_MOVES = 3
 # A move at the limit itself would be refused where rounding is against it.
 _MARGIN = 1.0 + 1e-6
 
@@ -54,12 +56,33 @@ def bring_to(
 
     Raises
     ------
+    DeviceNotReady
+        Where the table cannot be driven there: a released machine is put back by hand.
+    DeviceTimeout
+        Where it does not come to stand there in three moves.
     DeviceError
         As `ShakeTable.enable` and `exchange`; close the table then, which stops it.
     """
-    distance = distance_to(table, destination)
-    if distance == 0.0:
-        return True
+    for _ in range(_MOVES):
+        if (distance := distance_to(table, destination)) == 0.0:
+            return True
+        if not table.follows_setpoints:
+            raise DeviceNotReady(
+                f"{table.name} stands {abs(distance) * 1e3:.1f} mm from where it is held: put it back by hand"
+            )
+        if not _move(table, destination, acceleration, clock, stopped):
+            return False
+    if (distance := distance_to(table, destination)) != 0.0:
+        raise DeviceTimeout(
+            f"{table.name} still stands {abs(distance) * 1e3:.3f} mm from where it was moved to {_MOVES} times"
+        )
+    return True
+
+
+def _move(
+    table: ShakeTable, destination: float, acceleration: float, clock: Clock, stopped: Callable[[], bool]
+) -> bool:
+    """Make one move; return whether it was made to its end. A computer that stalls may leave it short."""
     half, h = 0.5 * table.capacity.stroke, table.cycle_time
     # A table stopped at the very end of its stroke may be measured beyond it, by less than an encoder step.
     start = min(max(table.position, -half), half)

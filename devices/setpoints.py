@@ -13,6 +13,8 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from excitation import Capacity
 
 
@@ -47,7 +49,7 @@ class SetpointLimits:
     def __init__(self, capacity: Capacity, cycle_time: float, resolution: float) -> None:
         checked_cycle_time(cycle_time)
         self.name = capacity.name
-        self.half_stroke = 0.5 * capacity.stroke
+        self.lower, self.upper = -0.5 * capacity.stroke, 0.5 * capacity.stroke
         self.top_velocity = capacity.velocity
         self.top_acceleration = capacity.acceleration
         self.cycle_time = cycle_time
@@ -62,11 +64,17 @@ class SetpointLimits:
         self.velocity = 0.0
         self.acceleration = 0.0
 
+    def narrow(self, lower: float, upper: float, velocity: float, acceleration: float) -> None:
+        """Judge by these limits instead of the capacity's: positions m, m/s, m/s2."""
+        self.lower, self.upper, self.top_velocity, self.top_acceleration = lower, upper, velocity, acceleration
+
     def outside(self, position: float) -> Refusal | None:
         """Judge `position`, m, against the stroke alone."""
-        if abs(position) <= self.half_stroke + 0.5 * self.resolution:
+        slack = 0.5 * self.resolution
+        if self.lower - slack <= position <= self.upper + slack:
             return None
-        sentence = f"set-point asks {position:.9f} m from the centre; {self.name} has {self.half_stroke:.9g} m"
+        end = self.upper if position > self.upper else self.lower
+        sentence = f"set-point asks {position:.9f} m from the centre; {self.name} has {abs(end):.9g} m"
         return Refusal("stroke", sentence)
 
     def refusal(self, cycle: int, position: float) -> Refusal | None:
@@ -102,10 +110,42 @@ class SetpointLimits:
 
     def room(self, position: float, velocity: float) -> float:
         """Stroke left ahead of `position`, m, in the direction of `velocity`."""
-        return self.half_stroke - (position if velocity >= 0.0 else -position)
+        return self.upper - position if velocity >= 0.0 else position - self.lower
 
     def _differences(self, cycle: int, position: float) -> tuple[float, float]:
         step = (cycle - self._cycle) * self.cycle_time
         velocity = (position - self.position) / step
         acceleration = 2.0 * (velocity - self.velocity) / (step + self._step * self.cycle_time)
         return velocity, acceleration
+
+
+def first_refusal(
+    capacity: Capacity, cycle_time: float, resolution: float, start: float, positions: Iterable[float]
+) -> Refusal | None:
+    """Judge a whole sampled command, a set-point a cycle from rest at `start`, m; None where none is refused.
+
+    Where the capacity limits the jerk, the third difference is judged too: there is no closed form that was clipped.
+
+    Examples
+    --------
+    >>> from excitation import Capacity
+    >>> bench = Capacity(name="bench", stroke=0.2, velocity=0.5, acceleration=10.0)
+    >>> first_refusal(bench, 1e-3, 1e-9, 0.0, [0.0, 1e-5, 3e-5]) is None
+    True
+    >>> first_refusal(bench, 1e-3, 1e-9, 0.0, [0.0, 1.1e-5]).limit
+    'acceleration'
+    """
+    limits = SetpointLimits(capacity, cycle_time, resolution)
+    position = round(start / resolution) * resolution
+    limits.start(-1, position)
+    top_jerk = math.inf if capacity.jerk is None else capacity.jerk + 4.0 * resolution / cycle_time**3
+    for cycle, asked in enumerate(positions):
+        position = round(asked / resolution) * resolution
+        if (refusal := limits.refusal(cycle, position)) is not None:
+            return refusal
+        before = limits.acceleration
+        limits.accept(cycle, position)
+        if (jerk := abs(limits.acceleration - before) / cycle_time) > top_jerk:
+            sentence = f"set-point of cycle {cycle} asks {jerk:.1f} m/s3; {capacity.name} has {capacity.jerk:.6g} m/s3"
+            return Refusal("jerk", sentence)
+    return None

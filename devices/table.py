@@ -1,61 +1,30 @@
-"""What every shake table is to the rest of the project: one small abstract class, and the sample it answers with."""
+"""What every shake table is to the rest of the project: one small abstract class."""
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self, final
+from typing import TYPE_CHECKING, ClassVar, Self, final
 
 from devices.errors import DeviceError, DeviceNotReady, SetpointRefused
 from devices.setpoints import SetpointLimits
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from types import TracebackType
 
+    from devices.sample import Description, Sample
     from excitation import Capacity
-
-Specimen = Callable[[float, float, float], float]
-"""What stands on an emulated table: (duration s, base acceleration at its start, at its end m/s2, linear between) ->
-rotation at its end, rad. Each call goes on from where the last one ended."""
-
-
-@dataclass(frozen=True, slots=True)
-class Sample:
-    """What a table measured at the start of one cycle.
-
-    Attributes
-    ----------
-    cycle : int
-        Number of the cycle, the host's own count.
-    time : float
-        Table's clock, s: `cycle` times the cycle time.
-    position : float
-        Measured base position, m, 0 at the centre of the stroke, positive towards +x.
-    acceleration : float
-        Measured base acceleration, m/s2, positive towards +x.
-    rotation : float
-        Measured rotation of the specimen, rad, positive when its top leans to +x; NaN without a sensor.
-    status : int
-        The drive's CiA 402 statusword (object 6041).
-    """
-
-    cycle: int
-    time: float
-    position: float
-    acceleration: float
-    rotation: float
-    status: int
 
 
 class ShakeTable(ABC):
     """A table moved by one position set-point a cycle. Contract:
 
     1. `open` connects and moves nothing; `enable` powers the table where it stands; `exchange` is one cycle;
-       `quick_stop` brings it to a standstill and takes the power off; `disable` does so from rest; `close` disconnects,
-       with a quick stop first where the table may still be powered: never enabled and confirmed to be off are the only
-       exceptions, so that a stop that failed is tried again. A `with` block opens and closes.
+       `quick_stop` brings it to a standstill and takes the power off, `cut_power` the other way round; `disable` takes
+       it off at rest; `close` disconnects, with a quick stop first where the table may still be powered: never enabled
+       and confirmed to be off are the only exceptions, so that a stop that failed is tried again. A `with` block opens
+       and closes.
     2. Cycle numbers rise; numbers left out are cycles the host missed, and are never made up for.
     3. A set-point beyond the capacity is refused before anything is sent (`devices.setpoints`); none is ever clipped.
     4. Every wait has a time limit. After an error of `exchange` the table is still to be stopped: `quick_stop`.
@@ -73,6 +42,9 @@ class ShakeTable(ABC):
     start_window : float
         Largest distance between the position to be enabled at and the measured one, m.
     """
+
+    follows_setpoints: ClassVar[bool] = True
+    """Whether it goes where it is told; a released machine (`devices.released_table`) makes its own motion."""
 
     def __init__(self, capacity: Capacity, cycle_time: float, resolution: float, start_window: float = 20e-6) -> None:
         self.name = capacity.name
@@ -97,6 +69,11 @@ class ShakeTable(ABC):
         return self._powered
 
     @property
+    def answer_time(self) -> float:
+        """From the last cycle's SYNC to the last of its answers, s; NaN where there is no such thing."""
+        return math.nan
+
+    @property
     @abstractmethod
     def position(self) -> float:
         """Last measured position, m: where to `enable`. After a stop that is anywhere inside the stroke."""
@@ -107,6 +84,20 @@ class ShakeTable(ABC):
         if not self._opened:
             self._open()
             self._opened = True
+
+    @final
+    def describe(self) -> tuple[Description, ...]:
+        """Ask every node who it is and what it does; nothing moves.
+
+        Raises
+        ------
+        DeviceNotReady
+            Before `open`, or while the table takes set-points.
+        DeviceTimeout, ObjectRefused
+            Where a node does not answer.
+        """
+        self._require_idle(f"{self.name} is to be described")
+        return self._describe()
 
     @final
     def enable(self, position: float) -> None:
@@ -163,10 +154,11 @@ class ShakeTable(ABC):
         return self._exchange(cycle, skipped, target)
 
     @final
-    def quick_stop(self, each: Callable[[Sample], object] | None = None) -> None:
+    def quick_stop(self, each: Callable[[Sample], object] | None = None, after: int = -1) -> None:
         """Bring the table to a standstill by the drive's own ramp, then take the power off.
 
-        `each` is called with the sample of every cycle on the way; their numbers continue those of `exchange`. Nothing
+        `each` is called with the sample of every cycle on the way; their numbers continue those of `exchange`, and are
+        above `after`, the last cycle the host knows to be gone. Nothing
         but the drive's own answer is needed: rotations are NaN where the specimen's sensor is silent, and cycles
         without an answer are passed over.
 
@@ -176,10 +168,33 @@ class ShakeTable(ABC):
             Where no standstill is confirmed in time: the table may still be moving. It stays `powered`, so that `close`
             or another call tries again.
         """
+        self._end(self._quick_stop, each, after)
+
+    @final
+    def cut_power(self, each: Callable[[Sample], object] | None = None, after: int = -1) -> None:
+        """Take the power off at once; the table runs down by itself, and is waited for.
+
+        For where a ramp is worse than none, also during one. Arguments and errors as for `quick_stop`.
+        """
+        self._end(self._cut_power, each, after)
+
+    def _end(
+        self,
+        stop: Callable[[int, Callable[[Sample], object] | None], None],
+        each: Callable[[Sample], object] | None,
+        after: int,
+    ) -> None:
         if not self._opened:
             raise DeviceNotReady(f"{self.name} is stopped before it is open")
         self._enabled = False
-        self._quick_stop(-1 if self._last_cycle is None else self._last_cycle, each)
+
+        def counted(sample: Sample) -> None:
+            # A stop that is taken up again, or made harder, goes on counting.
+            self._last_cycle = sample.cycle
+            if each is not None:
+                each(sample)
+
+        stop(max(after, -1 if self._last_cycle is None else self._last_cycle), counted)
         self._powered = False
 
     @final
@@ -220,6 +235,11 @@ class ShakeTable(ABC):
                 raise
             error.add_note(f"and {self.name} could not be stopped and closed in order: {second}")
 
+    def _require_idle(self, what: str) -> None:
+        """Refuse `what` before `open`, and while set-points are taken."""
+        if not self._opened or self._enabled:
+            raise DeviceNotReady(f"{what} before it is {'stopped' if self._opened else 'open'}")
+
     def _rounded(self, position: float) -> float:
         steps = position / self.resolution
         if not math.isfinite(steps):
@@ -229,6 +249,10 @@ class ShakeTable(ABC):
     @abstractmethod
     def _open(self) -> None:
         """Connect; move nothing."""
+
+    def _describe(self) -> tuple[Description, ...]:
+        """Return a description of every node; none where there is nobody to ask."""
+        return ()
 
     @abstractmethod
     def _enable(self, position: float) -> None:
@@ -244,6 +268,10 @@ class ShakeTable(ABC):
 
         Samples are numbered from `last_cycle` + 1.
         """
+
+    @abstractmethod
+    def _cut_power(self, last_cycle: int, each: Callable[[Sample], object] | None) -> None:
+        """Power off at once, then wait for the standstill; otherwise as `_quick_stop`."""
 
     @abstractmethod
     def _disable(self) -> None:

@@ -8,10 +8,12 @@ from excitation.clip import Clipped, clip
 from excitation.constant import ConstantPulse
 from excitation.double_pulse import DoublePulse
 from excitation.limits import Limit
-from excitation.motion import Motion, Phase
+from excitation.motion import Motion
 from excitation.pulse import Pulse
 from excitation.record import Record
+from excitation.released import ReleasedMachine, ReleasedRun
 from excitation.reshaped import Ramped, Saturated
+from excitation.table_run import Phase, TableRun
 from excitation.wave import CosineWave, SineWave, Wave
 
 __all__ = [
@@ -26,8 +28,11 @@ __all__ = [
     "Pulse",
     "Ramped",
     "Record",
+    "ReleasedMachine",
+    "ReleasedRun",
     "Saturated",
     "SineWave",
+    "TableRun",
     "Wave",
     "clip",
 ]

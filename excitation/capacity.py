@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import BaseModel, BeforeValidator, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, Field, SerializeAsAny, model_validator
 
 from excitation.quantity import VALUE, quantity, refusal
+from excitation.released import ReleasedMachine
 
 if TYPE_CHECKING:
     from excitation.pulse import Pulse
@@ -41,6 +42,8 @@ class Capacity(BaseModel):
         Families of pulses (or single kinds) the table can make; None for any. See `Pulse.family`.
     one_signed : bool
         Whether it can accelerate towards +x only.
+    machine : ReleasedMachine or None
+        How a machine that is set by hand and released makes its runs; None for a table that follows set-points.
     provenance : mapping
         Field name -> where its number comes from ("data sheet", "recalled placeholder").
 
@@ -61,6 +64,7 @@ class Capacity(BaseModel):
     payload: Annotated[float, quantity("kg", above=0.0)] | None = None
     kinds: Annotated[Annotated[tuple[str, ...], Field(min_length=1)] | None, BeforeValidator(_spelled)] = None
     one_signed: bool = False
+    machine: SerializeAsAny[ReleasedMachine] | None = None
     provenance: dict[str, str] = {}
 
     @model_validator(mode="after")
@@ -73,6 +77,16 @@ class Capacity(BaseModel):
     def __hash__(self) -> int:
         return hash((self.name, self.stroke, self.velocity, self.acceleration))
 
+    @property
+    def sources(self) -> dict[str, str]:
+        """Where each number comes from, those of a released machine included as "machine.KEY"."""
+        machine = {} if self.machine is None else self.machine.described
+        return {**self.provenance, **{f"machine.{key}": source for key, (_, source) in machine.items()}}
+
     def makes(self, pulse: Pulse) -> bool:
         """Return whether `pulse` is of a kind this table makes, whatever its size and sense."""
         return self.kinds is None or pulse.family in self.kinds or pulse.kind in self.kinds
+
+    def machine_for(self, pulse: Pulse) -> ReleasedMachine | None:
+        """Return the released machine that makes `pulse` in its own way; None where the table follows set-points."""
+        return self.machine if self.makes(pulse) else None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from excitation.constant import ConstantPulse
 from excitation.demand import LimitName, Terms
 from excitation.double_pulse import DoublePulse
-from excitation.limits import Limit, exceeded, missing_brake, refusals
+from excitation.limits import Limit, exceeded, missing_brake, not_settable, refusals
 from excitation.quantity import SMALLEST
 from excitation.reduction import reduction
 from excitation.reshaped import Ramped, Saturated
@@ -107,6 +107,9 @@ def clip(
     Stroke is the whole travel of pulse, coast and brake from the best starting point, which `Motion` takes. A pulse is
     feasible as asked up to a share of 1e-12 above a limit; a reduced one stays 1e-11 below it.
 
+    A released machine (`Capacity.machine`) stops by itself: its stroke is that of its own run, `brake` is not looked
+    at, and what it cannot be set to (a weight, a drop, a gap) is refused after the reduction.
+
     No pulse is given where the table does not make the kind (`suggestion`: the constant pulse with the same peak
     acceleration and peak velocity, towards +x, clipped in its turn, braked at `capacity.acceleration` unless told), for
     too heavy a payload, and where the gap of a double pulse leaves no room to stop (`suggestion`: a shorter gap).
@@ -157,6 +160,9 @@ def clip(
         else:
             suggestion = _shorter_gap(pulse, terms, give_way)
         return Clipped(pulse, None, tuple(limits), suggestion)
+    if out_of_reach := not_settable(given, terms):
+        # What is wrong with the asked pulse already says more than what is wrong with the reduced one.
+        return Clipped(pulse, None, (*(not_settable(pulse, terms) or out_of_reach), *limits))
     usage = terms.usage(given)
     # What the given pulse uses up governed its size; a frequency or a jump is mended before any reduction.
     limits.sort(key=lambda limit: (limit.name == "frequency" or limit.asked is None, -round(usage[limit.name], 9)))
@@ -181,7 +187,7 @@ def _nearest_constant(pulse: Pulse, terms: Terms) -> Pulse | None:
     if not terms.capacity.makes(nearest):
         return None
     brake = terms.capacity.acceleration if terms.brake is None else terms.brake
-    return clip(nearest, terms.capacity, brake=brake, coast=terms.coast).given
+    return clip(nearest, terms.capacity, brake=brake, coast=terms.coast, payload=terms.payload).given
 
 
 def _shorter_gap(pulse: Pulse, terms: Terms, give_way: GiveWay | None) -> Pulse | None:

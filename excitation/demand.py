@@ -12,7 +12,9 @@ if TYPE_CHECKING:
     from excitation.capacity import Capacity
     from excitation.pulse import Pulse
 
-LimitName: TypeAlias = Literal["stroke", "velocity", "acceleration", "jerk", "frequency", "payload", "kind", "sense"]
+LimitName: TypeAlias = Literal[
+    "stroke", "velocity", "acceleration", "jerk", "frequency", "payload", "kind", "sense", "gap", "drop"
+]
 
 UNITS: Final[dict[LimitName, str]] = {
     "stroke": "m",
@@ -23,6 +25,8 @@ UNITS: Final[dict[LimitName, str]] = {
     "payload": "kg",
     "kind": "",
     "sense": "",
+    "gap": "m",
+    "drop": "m",
 }
 
 # A pulse whose last velocity is below this share of its peak ends at rest: the rest is rounding.
@@ -43,7 +47,7 @@ class Terms:
     capacity : Capacity
         The table's limits.
     brake : float or None
-        Deceleration after a pulse that ends moving, m/s2, above 0 and within the capacity.
+        Deceleration after a pulse that ends moving, m/s2, above 0 and within the capacity; not of a released machine.
     coast : float
         Time at constant velocity between such a pulse and the brake, s, at least 0.
     payload : float or None
@@ -72,13 +76,15 @@ class Terms:
             checked("payload", self.payload, "kg", at_least=0.0)
 
     def stop(self, pulse: Pulse) -> float:
-        """Return the signed distance of coast and brake after `pulse`, m.
+        """Return the signed distance of coast and brake after `pulse`, m; a released machine's is as it makes it.
 
         Raises
         ------
         ValueError
             The pulse ends moving and there is no brake.
         """
+        if (machine := self.capacity.machine_for(pulse)) is not None:
+            return machine.reach(pulse, self.coast)[2] - pulse.net_displacement
         if not ends_moving(pulse):
             return 0.0
         velocity = pulse.final_velocity
@@ -88,6 +94,8 @@ class Terms:
 
     def reach(self, pulse: Pulse) -> tuple[float, float]:
         """Return the least and greatest displacement from the start of `pulse` to the end of its brake, m."""
+        if (machine := self.capacity.machine_for(pulse)) is not None:
+            return machine.reach(pulse, self.coast)[:2]
         lowest, highest = pulse.displacement_range
         end = pulse.net_displacement + self.stop(pulse)
         return min(lowest, end), max(highest, end)

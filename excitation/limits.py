@@ -21,7 +21,7 @@ class Limit:
     Attributes
     ----------
     name : str
-        "stroke", "velocity", "acceleration", "jerk", "frequency", "payload", "kind" or "sense".
+        "stroke", "velocity", "acceleration", "jerk", "frequency", "payload", "kind", "sense", "gap" or "drop".
     asked, limit : float or None
         What the pulse asks and the table has, in `unit`. Both are None for a kind or a sense the table does not make,
         and `asked` for a jump, which no finite jerk makes.
@@ -56,6 +56,12 @@ def refusals(asked: Pulse, terms: Terms) -> list[Limit]:
     if capacity.payload is not None and terms.payload is not None and terms.payload > capacity.payload:
         found.append(_limit("payload", "the run", terms.payload, capacity))
     return found
+
+
+def not_settable(given: Pulse, terms: Terms) -> list[Limit]:
+    """Return why a released machine cannot be set to `given`; nothing for a table that follows set-points."""
+    machine = terms.capacity.machine_for(given)
+    return [] if machine is None else machine.refusals(given, terms.capacity.name, terms.payload)
 
 
 def exceeded(asked: Pulse, performed: Pulse, terms: Terms) -> list[Limit]:
@@ -95,7 +101,7 @@ def exceeded(asked: Pulse, performed: Pulse, terms: Terms) -> list[Limit]:
 
 def missing_brake(asked: Pulse, terms: Terms) -> bool:
     """Return whether `asked` ends moving with nothing stated to stop it."""
-    return terms.brake is None and ends_moving(asked)
+    return terms.brake is None and ends_moving(asked) and terms.capacity.machine_for(asked) is None
 
 
 def _limit(name: LimitName, what: str, asked: float, capacity: Capacity) -> Limit:

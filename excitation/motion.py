@@ -10,11 +10,12 @@ from typing import Final
 from excitation.capacity import Capacity
 from excitation.demand import Terms, ends_moving
 from excitation.limits import exceeded
-from excitation.pieces import Array, PieceTable, Span, as_spans, assemble, steady
+from excitation.pieces import Array, Span, as_spans, assemble, steady
 from excitation.pulse import Pulse
 from excitation.quantity import LARGEST, checked
 from excitation.search import GUARD
 from excitation.speed_change import speed_change
+from excitation.table_run import Course, Phase, TableRun
 
 # Stands for no capacity: beyond every pulse.
 _ANY_TABLE: Final = Capacity(name="any table", stroke=LARGEST, velocity=LARGEST, acceleration=LARGEST)
@@ -26,46 +27,8 @@ _AT_CENTRE: Final = 1e-13
 SHORTEST_MOVE: Final = 0.1
 
 
-@dataclass(frozen=True, slots=True)
-class Phase:
-    """A named part of a motion from `start` to `end`, s."""
-
-    name: str
-    start: float
-    end: float
-
-
-class _Course:
-    """The spans of a run under construction, and the phases they belong to."""
-
-    def __init__(self, settle: float) -> None:
-        self.spans: list[Span] = []
-        self.phases: list[Phase] = []
-        self._settle = settle
-        self._time = 0.0
-
-    @property
-    def position(self) -> float:
-        """Where the run has got to, m."""
-        return PieceTable(assemble(self.spans)).end[2]
-
-    def add(self, name: str, *spans: Span) -> None:
-        """Append a phase; its times are those that `assemble` will give its spans."""
-        start = self._time
-        for span in spans:
-            self._time += span[0]
-        self.spans.extend(spans)
-        self.phases.append(Phase(name, start, self._time))
-
-    def pause(self, length: float | None = None) -> None:
-        """Append a pause, in which what rounding left of the velocity is taken out."""
-        velocity = PieceTable(assemble(self.spans)).end[1] if self.spans else 0.0
-        duration = length or self._settle
-        self.add("settle", steady(duration, -velocity / duration))
-
-
 @dataclass(frozen=True)
-class Motion(Pulse):
+class Motion(TableRun):
     """A run: settle, approach, settle, pulse, coast, brake, settle, return, settle; absent parts are left out.
 
     Displacement is the table's position, 0 at the centre of its stroke, where the run starts and ends at rest. The
@@ -138,29 +101,15 @@ class Motion(Pulse):
         return cls(None, 1.0, settle=duration)
 
     @property
-    def family(self) -> str:
-        """The pulse's family."""
-        return "standstill" if self.pulse is None else self.pulse.family
-
-    @property
-    def kind(self) -> str:
-        """What sentences call it."""
-        return "standstill" if self.pulse is None else f"run of a {self.pulse.kind}"
-
-    @property
-    def fundamental(self) -> float | None:
-        """The pulse's frequency, Hz."""
-        return None if self.pulse is None else self.pulse.fundamental
-
-    @property
     def phases(self) -> tuple[Phase, ...]:
         """The parts of the run in order, from 0 to `duration`."""
         return tuple(self._course.phases)
 
     @property
-    def pulse_start(self) -> float:
-        """Time at which the pulse starts, s; 0 at a standstill."""
-        return next((phase.start for phase in self.phases if phase.name == "pulse"), 0.0)
+    def shaking_end(self) -> float:
+        """End of the pulse with its coast and brake, s; of all of it at a standstill."""
+        ends = [phase.end for phase in self.phases if phase.name in ("pulse", "coast", "brake")]
+        return max(ends, default=self.duration)
 
     def scaled(self, factor: float) -> Motion:
         """Return the run of the scaled pulse."""
@@ -175,35 +124,30 @@ class Motion(Pulse):
         )
 
     @property
-    def shaking(self) -> Pulse:
-        """What shakes the block: the run from the pulse to the end of the brake, from time 0; a standstill's is all."""
-        return Shaking(self)
-
-    @property
     def _terms(self) -> Terms:
         return Terms(self.capacity or _ANY_TABLE, self.brake, self.coast)
 
     @cached_property
-    def _course(self) -> _Course:
-        course = _Course(self.settle)
-        course.pause()
+    def _course(self) -> Course:
+        course = Course()
+        course.pause("settle", self.settle)
         if self.pulse is None:
             return course
         lowest, highest = self._terms.reach(self.pulse)
         start = -0.5 * (lowest + highest)
         if abs(start) > _AT_CENTRE:
             course.add("approach", self._move(start))
-            course.pause()
+            course.pause("settle", self.settle)
         course.add("pulse", *as_spans(self.pulse.pieces))
         if self.brake is not None and ends_moving(self.pulse):
             if self.coast > 0.0:
                 course.add("coast", steady(self.coast))
             jerk = self._terms.capacity.jerk
             course.add("brake", *speed_change(-self.pulse.final_velocity, self.brake, jerk))
-        course.pause(self.wait)
+        course.pause("settle", self.wait or self.settle)
         if abs(course.position) > _AT_CENTRE:
             course.add("return", self._move(-course.position))
-            course.pause()
+            course.pause("settle", self.settle)
         return course
 
     def _move(self, distance: float) -> Span:
@@ -223,32 +167,3 @@ class Motion(Pulse):
 
     def _rows(self) -> Array:
         return assemble(self._course.spans)
-
-
-@dataclass(frozen=True)
-class Shaking(Pulse):
-    """The part of a motion that shakes the block: pulse, coast and brake, from time 0; see `Motion.shaking`."""
-
-    motion: Motion
-
-    @property
-    def family(self) -> str:
-        """The motion's family."""
-        return self.motion.family
-
-    @property
-    def kind(self) -> str:
-        """What sentences call it."""
-        return f"shaking part of a {self.motion.kind}"
-
-    def scaled(self, factor: float) -> Shaking:
-        """Return the shaking of the scaled run."""
-        return Shaking(self.motion.scaled(factor))
-
-    def _rows(self) -> Array:
-        ends = [phase.end for phase in self.motion.phases if phase.name in ("pulse", "coast", "brake")]
-        rows = self.motion.pieces
-        if not ends:
-            return rows
-        start = self.motion.pulse_start
-        return assemble(as_spans(rows[(rows[:, 0] >= start) & (rows[:, 1] <= max(ends))]))

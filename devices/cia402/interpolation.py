@@ -2,7 +2,8 @@
 
 Between two set-points it is linear. Where a set-point does not come the drive goes on with the last velocity and
 acceleration (a held position would be a jump of velocity) for a stated number of cycles, as long as that stays inside
-the capacity; then it stops on a ramp.
+the capacity; then it stops on a ramp. Where one comes again, after a gap, it may be further away than the capacity
+lets a cycle reach: the drive then catches up as fast as the capacity allows, and never jumps.
 """
 
 from __future__ import annotations
@@ -15,6 +16,10 @@ from devices.setpoints import SetpointLimits
 if TYPE_CHECKING:
     from devices.setpoints import Refusal
     from excitation import Capacity
+
+
+# Set-points get this far beyond the limits, m, in homing alone: it is not bounded by them.
+_OUTSIDE = 1e-6
 
 
 class Interpolator:
@@ -71,11 +76,6 @@ class Interpolator:
         if (refusal := self.limits.refusal(cycle, position)) is not None:
             return refusal
         self.limits.accept(cycle, position)
-        # After missed cycles the mean velocity can be more than what can still be braked; see SetpointLimits.refusal.
-        room = max(0.0, self.limits.room(position, self.limits.velocity))
-        acceleration = self.limits.top_acceleration
-        viable = math.sqrt(2.0 * acceleration * room) + 0.5 * acceleration * self.limits.cycle_time
-        self.velocity = math.copysign(min(abs(self.limits.velocity), viable), self.limits.velocity)
         self._acceleration = self.limits.acceleration
         self._target = position
         return None
@@ -103,8 +103,14 @@ class Interpolator:
         if self._following:
             self._target = position
 
-    def stop(self) -> None:
-        """Take no more set-points; ramp down from here."""
+    def lead(self, position: float, velocity: float) -> None:
+        """Be at `position`, m, with `velocity`, m/s, as something else (homing) wants it; `stop` ramps down from it."""
+        self.position, self.velocity, self._following = position, velocity, False
+
+    def stop(self, deceleration: float | None = None) -> None:
+        """Take no more set-points; ramp down from here, with `deceleration`, m/s2, where it is given."""
+        if deceleration is not None:
+            self.stop_deceleration = min(deceleration, self.limits.top_acceleration)
         self._following = False
         self._target = None
 
@@ -113,13 +119,35 @@ class Interpolator:
         if not self._following:
             return self._ramp()
         if self._target is not None:
-            self.position, self._target = self._target, None
+            target, self._target = self._target, None
             self.missing = 0
-            return self.position
+            return self._approach(target)
         self.missing += 1
         if self.missing > self.patience or not self._extrapolate():
             self.stop()
             return self._ramp()
+        return self.position
+
+    def _approach(self, target: float) -> float:
+        limits, h = self.limits, self.limits.cycle_time
+        top, grain = limits.top_acceleration, limits.resolution / h
+        velocity = (target - self.position) / h
+        reached = abs(velocity) <= limits.top_velocity + grain
+        reached = reached and abs(velocity - self.velocity) <= top * h + 4.0 * grain
+        # v after the step, less what the next one takes off it, must be braked within the room left: see `_ramp`.
+        excess = abs(velocity) - 0.5 * top * h
+        if reached and (excess <= 0.0 or excess**2 <= 2.0 * top * (limits.room(target, velocity) + limits.resolution)):
+            self.position, self.velocity = target, velocity
+            return target
+        # With half of the acceleration left for it, what is behind by e closes in with sqrt(2 (A / 2) e).
+        behind = target - self.position - limits.velocity * h
+        closing = min(math.sqrt(top * abs(behind)), abs(behind) / h)
+        velocity = limits.velocity + math.copysign(closing, behind)
+        velocity = min(max(velocity, self.velocity - top * h), self.velocity + top * h)
+        room = max(0.0, limits.room(self.position, velocity))
+        fastest = min(limits.top_velocity, max(0.0, math.sqrt(2.0 * top * room) - 0.5 * top * h))
+        self.velocity = math.copysign(min(abs(velocity), fastest), velocity)
+        self.position += self.velocity * h
         return self.position
 
     def _extrapolate(self) -> bool:
@@ -138,11 +166,18 @@ class Interpolator:
             return self.position
         h = self.limits.cycle_time
         speed = abs(self.velocity)
-        room = max(0.0, self.limits.room(self.position, self.velocity))
+        room = self.limits.room(self.position, self.velocity)
+        if room < -_OUTSIDE:
+            return self._slower(self.stop_deceleration)
+        room = max(0.0, room)
         # Steps that lose d h of velocity each stop within (v - d h / 2)^2 / (2 d); the least d for the room left.
         s = speed * h + 2.0 * room
         least = 2.0 * speed * speed / (s + math.sqrt(max(0.0, s * s - speed * speed * h * h)))
-        slower = max(0.0, speed - max(self.stop_deceleration, least) * h)
+        return self._slower(max(self.stop_deceleration, least))
+
+    def _slower(self, deceleration: float) -> float:
+        h = self.limits.cycle_time
+        slower = max(0.0, abs(self.velocity) - deceleration * h)
         self.velocity = math.copysign(slower, self.velocity) if slower > 0.0 else 0.0
         self.position += self.velocity * h
         return self.position

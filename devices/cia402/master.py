@@ -3,32 +3,34 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from devices.cia402 import frames, states
-from devices.cia402.link import Feedback, FrameCounts, Link
-from devices.cia402.states import State, decode
+from devices.cia301 import frames
+from devices.cia301.sdo_client import ANSWER_LIMIT
+from devices.cia402 import complaints, states
+from devices.cia402.commissioning import Commissioning, Setup
+from devices.cia402.link import Feedback, Link
+from devices.cia402.states import State, decode, next_controlword
+from devices.cia402.units import SERVO_DRIVE, units_of
 from devices.clock import WallClock
-from devices.errors import DeviceError, DeviceNotReady, DeviceTimeout, DriveFault, DriveStopped, SetpointRefused
-from devices.table import Sample, ShakeTable
+from devices.errors import DeviceError, DeviceTimeout, DriveStopped, SetpointRefused
+from devices.sample import Description, Sample
+from devices.sensors.rotation import ROTATION_SENSOR
+from devices.table import ShakeTable
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from devices.cia402.buses import CanBus
+    from devices.cia301.buses import CanBus
+    from devices.cia301.host import FrameCounts
+    from devices.cia301.sdo_client import Sdo
     from devices.clock import Clock
     from excitation import Capacity
 
-_WAY_UP = {
-    State.NOT_READY: states.SHUTDOWN,
-    State.SWITCH_ON_DISABLED: states.SHUTDOWN,
-    State.READY_TO_SWITCH_ON: states.SWITCH_ON,
-    State.SWITCHED_ON: states.ENABLE_OPERATION,
-    State.QUICK_STOP_ACTIVE: states.QUICK_STOP,
-}
 _FAULTY = (State.FAULT, State.FAULT_REACTION_ACTIVE)
+# Where the motor has no power and a stop ends.
 _OFF = (State.SWITCH_ON_DISABLED, State.FAULT)
-"""States in which the motor has no power; where a stop ends."""
 
 
 class Cia402Table(ShakeTable):
@@ -58,6 +60,19 @@ class Cia402Table(ShakeTable):
         all of it, whatever fails meanwhile; it must be longer than the drive's slowest ramp.
     start_window : float
         Largest distance between the position to be enabled at and the measured one, m.
+    stop_deceleration : float, optional
+        Of the drive's quick stop and fault reaction, m/s2 (object 6085); the drive's own unless told.
+    following_error : float, optional
+        Beyond which the drive stops itself, m (object 6065); the drive's own unless told.
+    eds, sensor_eds : str
+        Texts of the electronic data sheets the drive and the sensor came with.
+    host_node : int
+        CANopen node of the host, whose heartbeat the nodes watch.
+
+    Attributes
+    ----------
+    units : Units
+        Of the drive's objects and process data.
     """
 
     def __init__(
@@ -74,11 +89,19 @@ class Cia402Table(ShakeTable):
         open_limit: float = 5.0,
         state_limit: float = 3.0,
         start_window: float = 20e-6,
+        stop_deceleration: float | None = None,
+        following_error: float | None = None,
+        eds: str = SERVO_DRIVE,
+        sensor_eds: str = ROTATION_SENSOR,
+        host_node: int = frames.HOST_NODE,
     ) -> None:
-        super().__init__(capacity, cycle_time, frames.POSITION_UNIT, start_window)
+        self.units = units_of(eds)
+        super().__init__(capacity, cycle_time, self.units.position, start_window)
         self._clock = clock or WallClock()
-        self._link = Link(bus, drive_node, sensor_node, self._clock, idle, time_limit)
-        self._open_tries = max(1, int(open_limit / time_limit)) if idle is None else 3
+        self._link = Link(bus, drive_node, sensor_node, self._clock, idle, time_limit, self.units, host_node)
+        self._open_tries = max(1, int(open_limit / ANSWER_LIMIT)) if idle is None else 3
+        setup = Setup(capacity, cycle_time, stop_deceleration, following_error, eds, sensor_eds)
+        self._commissioning = Commissioning(self._link, self.name, setup, self._open_tries)
         self._state_limit = state_limit
         self._state_cycles = max(1, round(state_limit / cycle_time))
         # What else answers a stop is waited for, but not so long that the drive's ramp, paced by SYNC, is slowed down.
@@ -89,8 +112,18 @@ class Cia402Table(ShakeTable):
 
     @property
     def counts(self) -> FrameCounts:
-        """Frames that were no answer: foreign, stale, echoes and so on."""
+        """Frames that were no answer: foreign, stale and so on."""
         return self._link.counts
+
+    @property
+    def objects(self) -> Sdo:
+        """The drive's object dictionary; never in the cycle."""
+        return self._commissioning.drive
+
+    @property
+    def answer_time(self) -> float:
+        """From the last SYNC to the last of its answers, s."""
+        return self._link.answer_time
 
     @property
     def position(self) -> float:
@@ -105,8 +138,7 @@ class Cia402Table(ShakeTable):
     def reset_fault(self) -> None:
         """Acknowledge a fault of a table at rest; the drive is in SWITCH_ON_DISABLED after it. Never done by itself.
 
-        It does not matter who caused the fault, nor whether its emergency frame was heard: a drive whose last host died
-        is reset by the next one. Without a fault nothing is sent but a SYNC.
+        A drive whose last host died is reset by the next one. Without a fault nothing is sent but a SYNC.
 
         Raises
         ------
@@ -115,68 +147,95 @@ class Cia402Table(ShakeTable):
         DriveFault
             Where the fault stays.
         """
-        if not self._opened or self._enabled:
-            when = "stopped" if self._opened else "open"
-            raise DeviceNotReady(f"a fault of {self.name} is to be reset before it is {when}")
+        self._require_idle(f"a fault of {self.name} is to be reset")
         self._paced(None, self._spare)
-        self._link.emergency = None
+        self._link.emergencies.clear()
         if self.state not in _FAULTY:
             return
         here = self._counts(self.position)
         for controlword in (states.DISABLE_VOLTAGE, states.FAULT_RESET, states.DISABLE_VOLTAGE, states.DISABLE_VOLTAGE):
             self._paced((controlword, here), self._spare)
         if self.state in _FAULTY:
-            raise self._fault()
+            raise complaints.fault(self._link, self.name, self.state)
         self._link.drain()
 
+    def steer(self, controlword: int) -> int:
+        """Do one paced cycle with a controlword, and return the statusword; DeviceNotReady while set-points are taken.
+
+        For what is done before a run, as homing is; the table counts as powered until `quick_stop`.
+        """
+        self._require_idle(f"{self.name} is to be steered")
+        self._powered = True
+        return self._paced((controlword, self._counts(self.position)), self._spare).statusword
+
     def _open(self) -> None:
-        for attempt in range(self._open_tries):
-            self._link.start()
-            try:
+        try:
+            self._commissioning.check()
+            self._commissioning.set_up()
+            self._look()
+        except DeviceTimeout as error:
+            raise DeviceTimeout(f"{self.name} does not answer: {error}") from error
+
+    def _look(self) -> None:
+        """Send SYNC until it is answered: the first may have the number of the last host's last, and be no new one."""
+        for _ in range(self._open_tries - 1):
+            with suppress(DeviceTimeout):
                 self._paced(None)
-            except DeviceTimeout as error:
-                if attempt + 1 == self._open_tries:
-                    raise DeviceTimeout(f"{self.name} does not answer: {error}") from error
-            else:
-                self._link.restarted = None
                 return
+        self._paced(None)
+
+    def _describe(self) -> tuple[Description, ...]:
+        self._paced(None, self._spare)
+        return self._commissioning.describe(self.state)
 
     def _enable(self, position: float) -> None:
         command = None
-        self._link.restarted = None
+        self._link.drain()
+        if self._link.restarted is not None:
+            # A node that was restarted since has forgotten what it was told.
+            self._commissioning.set_up()
         for _ in range(self._state_cycles):
             self._paced(command)
             if self._link.emergency is not None or self.state in _FAULTY:
-                raise self._fault("; once its cause is gone, acknowledge it with reset_fault (twin run --reset)")
+                remedy = "; once its cause is gone, acknowledge it with reset_fault (twin run --reset)"
+                raise complaints.fault(self._link, self.name, self.state, remedy)
             if self.state is State.OPERATION_ENABLED and command is not None:
+                self._link.trust()
                 return
             if abs(position - self.position) > self.start_window:
                 raise SetpointRefused(
                     f"{self.name} is to be enabled at {position:.6f} m; it stands at {self.position:.6f} m", "start"
                 )
-            controlword = _WAY_UP.get(self.state, states.DISABLE_VOLTAGE) if self.state else states.DISABLE_VOLTAGE
-            command = (controlword, self._counts(position))
+            command = (next_controlword(self.state), self._counts(position))
         raise DeviceTimeout(f"{self.name} stays in {self.state}; operation enabled was asked for")
 
     def _exchange(self, cycle: int, steps: int, target_position: float) -> Sample:
         if steps >= frames.SYNC_COUNTS:
-            raise DriveStopped(
-                f"cycle {cycle} of {self.name} comes {steps} cycles after the last; its drive stops itself long before"
-            )
+            late = f"cycle {cycle} of {self.name} comes {steps} cycles after the last"
+            raise DriveStopped(f"{late}; its drive stops itself long before")
         self._link.drain()
-        self._raise_complaints()
+        complaints.check(self._link, self.name, self.state)
         self._next = self._clock.now()
-        feedback = self._cycle((states.ENABLE_OPERATION, self._counts(target_position)), steps)
+        try:
+            feedback = self._cycle((states.ENABLE_OPERATION, self._counts(target_position)), steps)
+        except DeviceTimeout:
+            self._link.drain()  # what was heard instead may say why
+            complaints.check(self._link, self.name, self.state)
+            raise
         if decode(feedback.statusword) is not State.OPERATION_ENABLED:
-            self._raise_complaints()
+            complaints.check(self._link, self.name, self.state)
             if self.state in _FAULTY:
-                raise self._fault()
+                raise complaints.fault(self._link, self.name, self.state)
             raise DriveStopped(f"{self.name} left operation enabled by itself: {self.state}")
         return self._sample(cycle, feedback)
 
     def _quick_stop(self, last_cycle: int, each: Callable[[Sample], object] | None) -> None:
         here = self._counts(self.position)
         self._power_off(lambda: (states.QUICK_STOP, here), last_cycle, each)
+
+    def _cut_power(self, last_cycle: int, each: Callable[[Sample], object] | None) -> None:
+        here = self._counts(self.position)
+        self._power_off(lambda: (states.DISABLE_VOLTAGE, here), last_cycle, each)
 
     def _disable(self) -> None:
         here = self._counts(self._limits.position)
@@ -198,10 +257,7 @@ class Cia402Table(ShakeTable):
             if self._clock.now() > deadline:
                 break
             try:
-                if trouble is not None:
-                    # A node that restarted meanwhile answers no SYNC before it is told to.
-                    self._link.start()
-                feedback = self._paced(command(), self._spare)
+                feedback = self._paced(command(), self._spare, again=trouble is not None)
             except DeviceError as error:
                 # Lost answers, nonsense or a bus that is gone may be over in the next cycle; giving up never helps.
                 trouble = error
@@ -222,11 +278,14 @@ class Cia402Table(ShakeTable):
     def _close(self) -> None:
         """Nothing of ours is left open: the bus belongs to who opened it."""
 
-    def _paced(self, command: tuple[int, int] | None, spare: float | None = None) -> Feedback:
+    def _paced(self, command: tuple[int, int] | None, spare: float | None = None, *, again: bool = False) -> Feedback:
         self._next = max(self._next + self.cycle_time, self._clock.now())
         # Before anything that can fail, so that trying again is paced too.
         self._clock.wait_until(self._next)
         self._link.drain()
+        if again:
+            # A node that restarted meanwhile answers no SYNC before it is told to.
+            self._link.start()
         return self._cycle(command, 1, spare)
 
     def _cycle(self, command: tuple[int, int] | None, steps: int, spare: float | None = None) -> Feedback:
@@ -235,23 +294,7 @@ class Cia402Table(ShakeTable):
         return self._feedback
 
     def _sample(self, cycle: int, feedback: Feedback) -> Sample:
-        statusword, position, acceleration, rotation = feedback
-        return Sample(cycle, cycle * self.cycle_time, position, acceleration, rotation, statusword)
+        return Sample(cycle, cycle * self.cycle_time, *feedback[1:], feedback.statusword)
 
     def _counts(self, position: float) -> int:
-        return frames.counts(position, frames.POSITION_UNIT, "target position")
-
-    def _raise_complaints(self) -> None:
-        if self._link.emergency is not None:
-            raise self._fault()
-        if self._link.restarted is not None:
-            raise DriveStopped(f"node {self._link.restarted} of {self.name} is no longer operational: it was restarted")
-
-    def _fault(self, remedy: str = "") -> DriveFault:
-        emergency = self._link.emergency
-        if emergency is None:
-            return DriveFault(f"{self.name} is in {self.state}, left by an earlier run or host{remedy}")
-        text = frames.emergency_text(emergency.code)
-        return DriveFault(
-            f"{self.name} reports error {emergency.code:04X}: {text}; it is in {self.state}{remedy}", emergency.code
-        )
+        return frames.counts(position, self.units.position, "target position")

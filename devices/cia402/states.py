@@ -16,8 +16,19 @@ SHUTDOWN, SWITCH_ON, ENABLE_OPERATION = 0x0006, 0x0007, 0x000F
 DISABLE_VOLTAGE, QUICK_STOP, FAULT_RESET = 0x0000, 0x0002, 0x0080
 """Controlwords (object 6040)."""
 
-VOLTAGE_ENABLED, REMOTE, INTERNAL_LIMIT, FOLLOWS_COMMAND = 1 << 4, 1 << 9, 1 << 11, 1 << 12
+VOLTAGE_ENABLED, REMOTE, INTERNAL_LIMIT = 1 << 4, 1 << 9, 1 << 11
 """Statusword flags (object 6041) beside the state's own bits."""
+FOLLOWS_COMMAND, FOLLOWING_ERROR = 1 << 12, 1 << 13
+"""Statusword flags of cyclic synchronous position mode."""
+TARGET_REACHED, HOMING_ATTAINED, HOMING_ERROR = 1 << 10, 1 << 12, 1 << 13
+"""Statusword flags of homing mode; the first is set while nothing moves."""
+HOMING_START, HALT = 1 << 4, 1 << 8
+"""Controlword flags of homing mode."""
+
+CYCLIC_SYNCHRONOUS_POSITION, HOMING = 8, 6
+"""Modes of operation (objects 6060 and 6061)."""
+MODES = {8: "cyclic synchronous position", 6: "homing", 0: "no mode", 1: "profile position", 7: "interpolated position"}
+"""Names of modes; others are the maker's."""
 
 
 class State(Enum):
@@ -50,11 +61,37 @@ def decode(statusword: int) -> State | None:
     return _STATE_OF.get(statusword & 0x6F)
 
 
+_WAY_UP: dict[State, int] = {
+    State.NOT_READY: SHUTDOWN,
+    State.SWITCH_ON_DISABLED: SHUTDOWN,
+    State.READY_TO_SWITCH_ON: SWITCH_ON,
+    State.SWITCHED_ON: ENABLE_OPERATION,
+    State.QUICK_STOP_ACTIVE: QUICK_STOP,
+}
+
+
+def next_controlword(state: State | None) -> int:
+    """Return the controlword that leads from a state towards OPERATION_ENABLED; DISABLE_VOLTAGE where none does.
+
+    >>> hex(next_controlword(State.READY_TO_SWITCH_ON))
+    '0x7'
+    """
+    return DISABLE_VOLTAGE if state is None else _WAY_UP.get(state, DISABLE_VOLTAGE)
+
+
 class StateMachine:
-    """A drive's state and its transitions. Options fixed here: a quick stop ends in SWITCH_ON_DISABLED (605A = 2)."""
+    """A drive's state and its transitions.
+
+    Attributes
+    ----------
+    stays : bool
+        Whether a quick stop ends in QUICK_STOP_ACTIVE, with power, from where operation can be enabled again
+        (605A = 5 and 6); else it ends in SWITCH_ON_DISABLED (605A = 1 and 2).
+    """
 
     def __init__(self) -> None:
         self.state = State.NOT_READY
+        self.stays = False
         self._reset_bit = False
 
     @property
@@ -63,8 +100,6 @@ class StateMachine:
         word = self.state.value[1] | REMOTE
         if self.state in (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE, State.SWITCHED_ON):
             word |= VOLTAGE_ENABLED
-        if self.state is State.OPERATION_ENABLED:
-            word |= FOLLOWS_COMMAND
         return word
 
     def ready(self) -> None:
@@ -92,7 +127,8 @@ class StateMachine:
             elif self.state in below:
                 self.state = State.SWITCH_ON_DISABLED
         elif self.state is State.QUICK_STOP_ACTIVE:
-            return
+            if self.stays and standstill and controlword & 0b1001 == 0b1001:
+                self.state = State.OPERATION_ENABLED
         elif not controlword & 0b0001:
             if self.state is not State.SWITCH_ON_DISABLED or standstill:
                 self.state = State.READY_TO_SWITCH_ON
@@ -114,7 +150,7 @@ class StateMachine:
 
     def stopped(self) -> None:
         """The ramp of a quick stop or of a fault reaction ended at standstill (transitions 12 and 14)."""
-        if self.state is State.QUICK_STOP_ACTIVE:
+        if self.state is State.QUICK_STOP_ACTIVE and not self.stays:
             self.state = State.SWITCH_ON_DISABLED
         elif self.state is State.FAULT_REACTION_ACTIVE:
             self.state = State.FAULT

@@ -10,7 +10,7 @@ from devices.quanser_st3.capacity import CAPACITY
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from devices.cia402.buses import CanBus
+    from devices.cia301.buses import CanBus
     from devices.clock import Clock
     from excitation import Capacity
 
@@ -28,6 +28,8 @@ def open_table(
     rotation: bool = True,
     time_limit: float = 0.02,
     state_limit: float = 3.0,
+    stop_deceleration: float | None = None,
+    following_error: float | None = None,
 ) -> Cia402Table:
     """Connect to an ST-III; nothing moves.
 
@@ -49,6 +51,10 @@ def open_table(
         For all answers to one SYNC, s.
     state_limit : float
         For a walk through the drive's states or a stop, s; longer than the drive's slowest quick stop.
+    stop_deceleration : float, optional
+        Of the drive's quick stop and fault reaction, m/s2 (object 6085); the drive's own unless told.
+    following_error : float, optional
+        Beyond which the drive stops itself, m (object 6065); the drive's own unless told.
 
     Returns
     -------
@@ -57,8 +63,8 @@ def open_table(
 
     Raises
     ------
-    DeviceTimeout
-        Where nobody answers.
+    DeviceTimeout, ObjectRefused, DeviceMismatch
+        Where nobody answers, or somebody else does.
     """
     sensor_node = SENSOR_NODE if rotation else None
     table = Cia402Table(
@@ -71,6 +77,8 @@ def open_table(
         idle=idle,
         time_limit=time_limit,
         state_limit=state_limit,
+        stop_deceleration=stop_deceleration,
+        following_error=following_error,
     )
     table.open()
     return table

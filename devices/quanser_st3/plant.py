@@ -1,106 +1,40 @@
-"""The emulated ST-III's mechanics and measuring: a closed position loop, an encoder, an accelerometer.
-
-    x'' + 2 zeta w x' + w^2 x = w^2 r
-
-with r the set-point, linear over each step, so that the matrix exponential of the step is exact.
-"""
+"""The emulated ST-III as its drive sees it: set-points go in, an encoder, an accelerometer and switches answer."""
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, Annotated
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
-from scipy.linalg import expm  # pyright: ignore[reportUnknownVariableType]
-
+from devices.cia402.machine import Switches
+from devices.quanser_st3.capacity import CAPACITY
+from devices.quanser_st3.mechanics import Mechanics
+from devices.quanser_st3.parameters import St3Parameters
+from devices.sensors.accelerometer import Accelerometer
+from devices.sensors.encoder import Encoder
 from devices.setpoints import checked_cycle_time
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    import numpy as np
 
-    from devices.table import Specimen
+    from devices.quanser_st3.loop import LinearStep
+    from devices.sample import Specimen
 
-_Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-_NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-_Finite = Annotated[float, Field(allow_inf_nan=False)]
-
-
-class St3Parameters(BaseModel):
-    """Parameters of the emulated table. Placeholders all, but for the encoder: replace them with measured ones.
-
-    Attributes
-    ----------
-    loop_frequency : float
-        Natural frequency of the closed position loop, Hz. 31.9: the Shake Table II's, from Quanser's set-up scripts.
-    loop_damping : float
-        Damping ratio. 0.78: the Shake Table II's.
-    encoder_step : float
-        m; 0 for none. 12.7 mm / 8192 counts: the Shake Table II's, read in Quanser's set-up scripts.
-    accelerometer_noise : float
-        Standard deviation of one sample, m/s2. 5 mg: a guess.
-    accelerometer_bias : float
-        m/s2. 2 mg: a guess.
-    accelerometer_range : float
-        Largest reading of either sign, m/s2. 5 g: a guess.
-    substeps : int
-        Steps of the specimen in one cycle.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    loop_frequency: _Positive = 31.9
-    loop_damping: _Positive = 0.78
-    encoder_step: _NotNegative = 12.7e-3 / 8192
-    accelerometer_noise: _NotNegative = 5e-3 * 9.81
-    accelerometer_bias: _Finite = 2e-3 * 9.81
-    accelerometer_range: _Positive = 5.0 * 9.81
-    substeps: Annotated[int, Field(ge=1, le=1000)] = 1
+# A knot of the set-point this close to a cycle's end, in cycles, is at its end.
+_SAME = 1e-9
+# What is shorter is an instant for a specimen, s.
+_INSTANT = 1e-12
 
 
-class ClosedLoop:
-    """State of the loop, advanced exactly.
+class _Part(NamedTuple):
+    """A part of each cycle over which the delayed set-point is linear, and where on its line it ends."""
 
-    Parameters
-    ----------
-    angular_frequency, damping : float
-        w, rad/s, and zeta.
-    step : float
-        s.
-    position : float
-        Where it rests, m.
-    """
-
-    def __init__(self, angular_frequency: float, damping: float, step: float, position: float) -> None:
-        self._stiffness = angular_frequency**2
-        self._friction = 2.0 * damping * angular_frequency
-        self.position = self.setpoint = position
-        self.velocity = 0.0
-        # z = (x, x', r, r'), r' constant over the step.
-        generator = np.array(
-            [[0, 1, 0, 0], [-self._stiffness, -self._friction, self._stiffness, 0], [0, 0, 0, 1], [0, 0, 0, 0]], float
-        )
-        z = _exponential(generator * step)
-        self._xx, self._xv, _, slope_x = z[0]
-        self._vx, self._vv, _, slope_v = z[1]
-        self._xe, self._ve = slope_x / step, slope_v / step
-
-    @property
-    def acceleration(self) -> float:
-        """m/s2, now; continuous even where the set-point's velocity jumps."""
-        return self._stiffness * (self.setpoint - self.position) - self._friction * self.velocity
-
-    def advance(self, setpoint: float) -> None:
-        """Live through one step while the set-point goes linearly to `setpoint`, m."""
-        # About the set-point at the start, so that a table at rest stays there to the last bit.
-        x, v, change = self.position - self.setpoint, self.velocity, setpoint - self.setpoint
-        self.position = self.setpoint + (self._xx * x + self._xv * v + self._xe * change)
-        self.velocity = self._vx * x + self._vv * v + self._ve * change
-        self.setpoint = setpoint
+    step: LinearStep
+    line: int
+    share: float
 
 
 class St3Plant:
-    """The emulated table's moving part with its sensors and what stands on it; a `devices.cia402.drive.Machine`.
+    """The emulated table's moving part with its sensors and what stands on it; a `devices.cia402.machine.Machine`.
 
     Parameters
     ----------
@@ -110,14 +44,22 @@ class St3Plant:
     rng : numpy.random.Generator
         Of the accelerometer's noise.
     specimen : callable, optional
-        What stands on the table; see `devices.table.Specimen`.
+        What stands on the table; see `devices.sample.Specimen`. It feels the true acceleration, also that of a bumper.
     position, rotation : float
         Where the table rests, m, and the specimen's rotation, rad, before the first cycle.
+    payload : float
+        Mass of what stands on the table, kg: it makes the loop slower and the motor weaker.
+    half_stroke : float
+        Of the capacity, m: switches and bumpers are counted from its end.
 
     Attributes
     ----------
+    encoder, accelerometer : object
+        `read(true) -> float`; a fault puts another one in their place.
     released : bool
         Whether the specimen moves; while False it is held at its rotation.
+    stop : bool
+        Whether the emergency stop is pressed.
     """
 
     def __init__(
@@ -128,57 +70,102 @@ class St3Plant:
         specimen: Specimen | None = None,
         position: float = 0.0,
         rotation: float = 0.0,
+        *,
+        payload: float = 0.0,
+        half_stroke: float = 0.5 * CAPACITY.stroke,
     ) -> None:
-        self.parameters = parameters
+        p = parameters
+        self.parameters = p
+        self.encoder = Encoder(p.encoder_step)
+        self.accelerometer = Accelerometer(
+            rng, noise=p.accelerometer_noise, bias=p.accelerometer_bias, largest=p.accelerometer_range
+        )
         self.rotation = rotation
         self.released = True
-        self._step = checked_cycle_time(cycle_time) / parameters.substeps
-        self._loop = ClosedLoop(math.tau * parameters.loop_frequency, parameters.loop_damping, self._step, position)
+        self.stop = False
         self._specimen = specimen
-        self._noise = _normals(rng, parameters.accelerometer_noise)
+        self._mechanics = Mechanics(p, payload, half_stroke, position)
+        self._half_stroke = half_stroke
+        self.pace(cycle_time)
+
+    def pace(self, cycle_time: float) -> None:
+        """Let every later cycle take `cycle_time`, s; the table is at rest at its set-point."""
+        cycles, self._parts = self._divided(checked_cycle_time(cycle_time))
+        # From the knot the loop came from to the one it takes last.
+        self._setpoints = [self._mechanics.setpoint] * (cycles + 3)
+
+    def _divided(self, cycle_time: float) -> tuple[int, list[_Part]]:
+        """Return the whole cycles of the delay, and each cycle's parts: between knots of the set-point and substeps."""
+        p = self.parameters
+        cycles = int(p.delay / cycle_time + _SAME)
+        knot = p.delay / cycle_time - cycles
+        knot = knot if knot > _SAME else 0.0
+        ends: list[float] = sorted({i / p.substeps for i in range(p.substeps + 1)} | {knot})
+        parts: list[_Part] = []
+        steps: dict[float, LinearStep] = {}
+        for start, end in pairwise(ends):
+            # Equal parts are equal to the last bit.
+            duration = cycle_time / p.substeps if not knot else (end - start) * cycle_time
+            step = steps.setdefault(duration, self._mechanics.linear_step(duration))
+            line = 0 if end <= knot else 1
+            parts.append(_Part(step, line, end - knot + (1.0 if line == 0 else 0.0)))
+        return cycles, parts
 
     @property
     def position(self) -> float:
         """True position, m."""
-        return self._loop.position
+        return self._mechanics.position
 
     @property
     def velocity(self) -> float:
         """True velocity, m/s."""
-        return self._loop.velocity
+        return self._mechanics.velocity
 
     @property
     def acceleration(self) -> float:
         """True acceleration, m/s2."""
-        return self._loop.acceleration
+        return self._mechanics.acceleration
+
+    @property
+    def switches(self) -> Switches:
+        """Limit switches, home switch and emergency stop, as the drive sees them."""
+        x, end = self.position, self._half_stroke + self.parameters.switch_distance
+        home = abs(x) <= 0.5 * self.parameters.home_width
+        return Switches(negative=x <= -end, positive=x >= end, home=home, stop=self.stop)
+
+    @property
+    def powered(self) -> bool:
+        """Whether the drive pushes. Without power friction brakes the table, and the bumpers stop it.
+
+        As the power comes on the loop's set-point is where the table stands.
+        """
+        return self._mechanics.powered
+
+    @powered.setter
+    def powered(self, powered: bool) -> None:
+        if powered and not self._mechanics.powered:
+            self._mechanics.setpoint = self.position
+            self._setpoints = [self.position] * len(self._setpoints)
+        self._mechanics.powered = powered
 
     def advance(self, setpoint: float) -> None:
-        """Live through one cycle while the set-point goes linearly to `setpoint`, m."""
-        loop, substeps = self._loop, self.parameters.substeps
-        start = loop.setpoint
-        for i in range(1, substeps + 1):
-            before = loop.acceleration
-            loop.advance(setpoint if i == substeps else start + (setpoint - start) * (i / substeps))
-            if self._specimen is not None and self.released:
-                self.rotation = self._specimen(self._step, before, loop.acceleration)
+        """Live through one cycle in which the drive's set-point goes linearly to `setpoint`, m."""
+        known = self._setpoints
+        known.append(setpoint)
+        del known[0]
+        for step, line, share in self._parts:
+            start, end = known[line], known[line + 1]
+            spans = self._mechanics.advance(step, end if share == 1.0 else start + share * (end - start))
+            if self._specimen is None or not self.released:
+                continue
+            for span in spans:
+                if span.duration > _INSTANT:
+                    self.rotation = self._specimen(*span)
 
     def measure_position(self) -> float:
         """Return the encoder's reading, m."""
-        step = self.parameters.encoder_step
-        return round(self.position / step) * step if step > 0.0 else self.position
+        return self.encoder.read(self.position)
 
     def measure_acceleration(self) -> float:
         """Return the accelerometer's reading, m/s2."""
-        p = self.parameters
-        reading = self.acceleration + p.accelerometer_bias + next(self._noise)
-        return min(max(reading, -p.accelerometer_range), p.accelerometer_range)
-
-
-def _normals(rng: np.random.Generator, scale: float) -> Iterator[float]:
-    """Yield Gaussian numbers; drawn in blocks, since one draw costs as much as a whole frame."""
-    while True:
-        yield from (scale * rng.standard_normal(1024)).tolist()
-
-
-def _exponential(matrix: np.ndarray) -> list[list[float]]:
-    return np.asarray(expm(matrix), float).tolist()
+        return self.accelerometer.read(self.acceleration)

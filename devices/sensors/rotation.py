@@ -5,17 +5,23 @@ TPDO1 carries one INT32 in microradians, positive when the specimen's top leans 
 
 from __future__ import annotations
 
+from importlib.resources import files
 from typing import TYPE_CHECKING
 
-from devices.cia402 import frames
-from devices.cia402.node import Node
+from devices.cia301 import frames
+from devices.cia301.node import Device
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import numpy as np
 
-    from devices.cia402.node import Send
+    from devices.cia301.node import Send
+
+ROTATION_SENSOR = files("devices.sensors").joinpath("rotation.eds").read_text(encoding="utf-8")
+"""EDS of the rotation sensor."""
+ROTATION_UNIT = 1e-6
+"""rad, one count of rotation."""
 
 
 def decode_rotation(data: bytes) -> float:
@@ -26,10 +32,10 @@ def decode_rotation(data: bytes) -> float:
     >>> decode_rotation(bytes.fromhex("40e20100"))
     0.123456
     """
-    return frames.unpack_long(data, "rotation TPDO1") / round(1.0 / frames.ROTATION_UNIT)
+    return frames.unpack_long(data, "rotation TPDO1") / round(1.0 / ROTATION_UNIT)
 
 
-class RotationSensor:
+class RotationSensor(Device):
     """An emulated rotation sensor.
 
     Not imitated: the sensor's own dynamics and delay, wrap-around of a real encoder, a slipping coupling.
@@ -63,28 +69,15 @@ class RotationSensor:
     ) -> None:
         if noise > 0.0 and rng is None:
             raise ValueError(f"rotation sensor with noise of {noise} rad needs a random generator")
-        self.node = Node(identifier, send, heartbeat_period)
-        self.refused_frames = 0
+        super().__init__(identifier, send, ROTATION_SENSOR, heartbeat_period=heartbeat_period)
         self._rotation = rotation
         self._quantum = quantum
         self._noise = noise
         self._rng = rng
 
-    def boot(self) -> None:
-        """Power on."""
-        self.node.boot()
-
-    def receive(self, identifier: int, data: bytes) -> None:
-        """Take one frame from the bus; malformed ones are counted in `refused_frames`."""
-        try:
-            if identifier == frames.SYNC:
-                frames.unpack_sync(data)
-            elif identifier == frames.NMT:
-                self.node.command(data, self)
-        except frames.FrameError:
-            self.refused_frames += 1
-            return
-        if identifier == frames.SYNC and self.node.operational:
+    def sync(self, counter: int) -> None:  # noqa: ARG002 - whichever it is
+        """Answer a SYNC."""
+        if self.node.operational:
             self.measure()
 
     def measure(self) -> None:
@@ -100,8 +93,5 @@ class RotationSensor:
             reading += self._noise * self._rng.standard_normal()
         if self._quantum > 0.0:
             reading = round(reading / self._quantum) * self._quantum
-        value = frames.counts(reading, frames.ROTATION_UNIT, "rotation")
+        value = frames.counts(reading, ROTATION_UNIT, "rotation")
         self.node.send(frames.TPDO1 + self.node.identifier, frames.pack_long(value))
-
-    def leave_operational(self) -> None:
-        """Nothing to stop."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from devices.cia402.buses import CanBus, open_bus
+from devices.cia301.buses import CanBus, open_bus
 from devices.clock import ManualClock
 from devices.quanser_st3.driver import open_table
 from devices.quanser_st3.emulator import EmulatedSt3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from devices.cia402.buses import open_bus
+from devices.cia301.buses import open_bus
 from devices.cia402.drive import DriveOptions
 from devices.quanser_st3.emulator import EmulatedSt3
 

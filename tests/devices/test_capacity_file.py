@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from devices.air_track.capacity import CAPACITY as AIR_TRACK
-from devices.capacity_file import load_capacity
+from devices.capacity_file import load_capacity, load_own_tables
 from devices.quanser_st3.capacity import CAPACITY as ST3
 from excitation import Capacity
 
@@ -79,3 +79,14 @@ def test_missing_keys_and_no_toml() -> None:
         load_capacity({k: v for k, v in MINE.items() if k != "acceleration_g"})
     with pytest.raises(ValueError, match="not TOML"):
         load_capacity("stroke_mm = = 1")
+
+
+def test_what_stands_beside_the_capacity() -> None:
+    text = 'name = "x"\nstroke_mm = 1.0\nvelocity_m_s = 1.0\nacceleration_g = 1.0\n'
+    more = '[emulator]\ndelay_ms = 2.0\n[hil]\nboard = "q8_usb"\n'
+    assert load_own_tables(text) == {"emulator": {}, "hil": {}}
+    assert load_own_tables(text + more) == {"emulator": {"delay_ms": 2.0}, "hil": {"board": "q8_usb"}}
+    # nobody's capacity changes with it
+    assert load_capacity(text + more) == load_capacity(text)
+    with pytest.raises(ValueError, match="capacity has an unknown key 'emulater'"):
+        load_own_tables(text + "[emulater]\n")

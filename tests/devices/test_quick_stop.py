@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from devices.cia402 import frames, states
-from devices.cia402.frames import NmtCommand
+from devices.cia301 import frames
+from devices.cia301.frames import NmtCommand
+from devices.cia402 import states
+from devices.cia402.frames import pack_target
 from devices.cia402.states import State
 from devices.errors import BusFailure, DeviceError, DeviceNotReady, DeviceTimeout
-from devices.table import Sample
+from devices.sample import Sample
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -141,7 +143,7 @@ def test_a_node_that_left_operation_is_started_again(rig) -> None:
 def test_power_off_is_no_standstill(rig) -> None:
     """Somebody took the power off: the table still runs down, and is waited for."""
     in_motion(rig)
-    rig.tap.send(0x201, frames.pack_target(states.DISABLE_VOLTAGE, 0))
+    rig.tap.send(0x201, pack_target(states.DISABLE_VOLTAGE, 0))
     rig.emulator.service()
     rig.emulator.drive.sync(frames.sync_counter(rig.table._bus_cycle + 1))
     rig.table._bus_cycle += 1

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from devices.cia402 import frames
+from devices.cia301 import frames
 from devices.cia402.states import State
 from devices.clock import ManualClock
-from devices.errors import DeviceNotReady, DriveFault
+from devices.errors import DeviceNotReady, DeviceTimeout, DriveFault
 from devices.positioning import bring_to, distance_to
 from devices.quanser_st3.driver import open_table
-from devices.quanser_st3.plant import St3Parameters
+from devices.quanser_st3.parameters import St3Parameters
 from excitation import Capacity
 
 if TYPE_CHECKING:
@@ -191,3 +191,31 @@ def test_the_specimen_is_set_up_again_each_time_the_power_comes_on(make_rig) -> 
     rig.table.enable(0.0)
     rig.follow([0.0] * 3)
     assert len(set_up) == 3
+
+
+def test_a_table_that_slips_is_moved_again(rig, monkeypatch) -> None:
+    """Whatever left it short: it is not said to stand where it does not."""
+    slips = iter([1e-3, -0.5e-3])
+    disable = type(rig.table).disable
+
+    def slip(table: Cia402Table) -> None:
+        disable(table)
+        rig.emulator.plant._mechanics.position += next(slips, 0.0)
+        table._paced(None)
+
+    monkeypatch.setattr(type(rig.table), "disable", slip)
+    assert bring_to(rig.table, 0.01, 1.0, rig.clock)
+    assert distance_to(rig.table, 0.01) == 0.0
+
+
+def test_a_table_that_never_stays_is_given_up(rig, monkeypatch) -> None:
+    disable = type(rig.table).disable
+
+    def slip(table: Cia402Table) -> None:
+        disable(table)
+        rig.emulator.plant._mechanics.position += 1e-3
+        table._paced(None)
+
+    monkeypatch.setattr(type(rig.table), "disable", slip)
+    with pytest.raises(DeviceTimeout, match=r"still stands [01]\.\d{3} mm from where it was moved to 3 times"):
+        bring_to(rig.table, 0.01, 1.0, rig.clock)

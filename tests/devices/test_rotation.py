@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from devices.cia402 import frames
-from devices.cia402.frames import NmtCommand
+from devices.cia301 import frames
+from devices.cia301.frames import NmtCommand
 from devices.errors import FrameError
 from devices.sensors.rotation import RotationSensor, decode_rotation
 
@@ -63,7 +63,7 @@ def test_silent_unless_operational_and_malformed_counted() -> None:
     bench = Bench()
     bench.sensor.receive(frames.SYNC, b"")
     bench.sensor.receive(frames.NMT, b"\x01")
-    assert bench.sensor.refused_frames == 2
+    assert bench.sensor.node.refused_frames == 2
     bench.sensor.receive(frames.NMT, frames.pack_nmt(NmtCommand.STOP, 0))
     bench.sensor.receive(frames.SYNC, frames.pack_sync(1))
     assert bench.sent == []

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
+import re
+import sys
 import threading
+from pathlib import Path
 
 import pytest
 
-from devices.scheduling import real_time
+from devices.scheduling import locked_memory, real_time
 
 posix = pytest.mark.skipif(not hasattr(os, "sched_setscheduler"), reason="this system has no POSIX scheduling")
 
@@ -46,3 +50,33 @@ def test_a_system_without_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(os, "sched_setscheduler", raising=False)
     with real_time() as said:
         assert said == "ordinary (this system has no SCHED_FIFO)"
+
+
+def test_locked_memory_is_given_back() -> None:
+    status = Path("/proc/self/status")
+    if not status.exists():
+        pytest.skip("only Linux tells how much of a process is locked")
+
+    def locked() -> int:
+        return int(re.findall(r"VmLck:\s+(\d+)", status.read_text())[0])
+
+    before = locked()
+    with locked_memory() as said:
+        assert (locked() > before) == (said == "memory locked")
+    assert locked() == before
+
+
+def test_refused_memory_is_a_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Refusing:
+        @staticmethod
+        def mlockall(_: int) -> int:
+            ctypes.set_errno(12)
+            return -1
+
+    monkeypatch.setattr(ctypes, "CDLL", lambda *_, **__: Refusing)
+    monkeypatch.setattr(sys, "platform", "linux")
+    with locked_memory() as said:
+        assert said == "memory not locked (refused: Cannot allocate memory)"
+    monkeypatch.setattr(sys, "platform", "win32")
+    with locked_memory() as said:
+        assert said == "memory not locked (this system was not asked)"

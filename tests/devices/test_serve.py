@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from devices.cia402 import frames
+from devices.cia301 import frames
 from devices.cia402.states import State
 
 if TYPE_CHECKING:

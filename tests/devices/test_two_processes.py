@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from devices.cia402.buses import open_bus
+from devices.cia301.buses import open_bus
 from devices.cia402.states import State
 from devices.clock import WallClock
 from devices.errors import BusUnavailable, DeviceError, DriveFault
@@ -98,7 +98,7 @@ def test_a_motion_between_two_processes(far: Far, port: int) -> None:
             samples.append(table.exchange(cycle, x))
             cycle = max(cycle + 1, int((clock.now() - start) / H))  # late cycles are missed, not made up for
         table.quick_stop()
-        echoes = table.counts.echoes
+        echoes = bus.echoes
     assert max(s.position for s in samples) == pytest.approx(0.01, abs=1e-3)
     assert all(s.rotation == pytest.approx(0.01, abs=1e-9) for s in samples[1:])
     assert echoes > 0

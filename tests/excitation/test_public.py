@@ -21,8 +21,11 @@ def test_the_public_names() -> None:
         "Pulse",
         "Ramped",
         "Record",
+        "ReleasedMachine",
+        "ReleasedRun",
         "Saturated",
         "SineWave",
+        "TableRun",
         "Wave",
         "clip",
     ]

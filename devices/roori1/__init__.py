@@ -1,0 +1,1 @@
+"""ROORI1: a base struck by a projectile slides into a stopper."""
