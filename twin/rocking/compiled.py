@@ -17,15 +17,15 @@ R = TypeVar("R")
 FloatArray = NDArray[np.float64]
 
 
-def _source_digest() -> str:
+def source_digest(folder: Path) -> str:
+    """Return a digest of every module in `folder` and below."""
     digest = hashlib.sha256()
-    folder = Path(__file__).parent
     for path in sorted(folder.rglob("*.py")):
         digest.update(str(path.relative_to(folder)).encode() + path.read_bytes().replace(b"\r\n", b"\n"))
     return digest.hexdigest()
 
 
-SOURCE_DIGEST = _source_digest()
+SOURCE_DIGEST = source_digest(Path(__file__).parent)
 """Of every module of the solver: what its compiled code, and its predictions, depend on."""
 
 
@@ -40,14 +40,14 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     return compiled_with(function)
 
 
-def compiled_with(function: Callable[P, R], **more: Any) -> Callable[P, R]:
-    """Compile as `compiled` does, with `more` options of Numba's."""
+def compiled_with(function: Callable[P, R], sources: str = SOURCE_DIGEST, **more: Any) -> Callable[P, R]:
+    """Compile as `compiled` does, with `more` options of Numba's; kept while `sources` is the same."""
     jit = cast("Callable[..., Callable[[Callable[P, R]], Any]]", numba.njit)
     options: dict[str, Any] = {"nogil": True, "error_model": "numpy", **more}
     try:
         dispatcher = jit(cache=True, **options)(function)
         index = dispatcher._cache._cache_file  # pyright: ignore[reportPrivateUsage]
-        index._source_stamp = (index._source_stamp, SOURCE_DIGEST)  # pyright: ignore[reportPrivateUsage]
+        index._source_stamp = (index._source_stamp, sources)  # pyright: ignore[reportPrivateUsage]
     except (RuntimeError, AttributeError):  # numba: "cannot cache function: no locator available"; or another numba
         return cast("Callable[P, R]", jit(**options)(function))
     return cast("Callable[P, R]", dispatcher)

@@ -168,6 +168,29 @@ def magnitude(typing: Any, x: Any) -> Any:  # noqa: ARG001
 
 
 @intrinsic
+def chosen(typing: Any, mask: Any, x: Any, y: Any) -> Any:  # noqa: ARG001
+    """Return x where the mask is above 0, else y, whatever the other is."""
+
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:  # noqa: ARG001
+        holds = builder.fcmp_ordered(">", values[0], _all(_DOUBLES, 0.0))
+        return builder.select(holds, values[1], values[2])
+
+    return LANES(LANES, LANES, LANES), emit
+
+
+@intrinsic
+def marked(typing: Any, mask: Any) -> Any:  # noqa: ARG001
+    """Return an integer whose n-th bit tells whether the mask is above 0 in lane n."""
+
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:  # noqa: ARG001
+        holds = builder.fcmp_ordered(">", values[0], _all(_DOUBLES, 0.0))
+        bits = builder.bitcast(holds, ir.IntType(WIDTH))
+        return builder.zext(bits, ir.IntType(64))
+
+    return types.int64(LANES), emit
+
+
+@intrinsic
 def turned(typing: Any, shifted: Any, sine: Any, cosine: Any) -> Any:  # noqa: ARG001
     """Return sine and cosine of an angle n quarter turns on; `shifted` carries n in its lowest bits."""
 
