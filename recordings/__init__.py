@@ -13,9 +13,10 @@ if TYPE_CHECKING:
     from recordings.errors import RecordingError
     from recordings.geometry import Geometry
     from recordings.live_view import LiveView
-    from recordings.reader import read_run
+    from recordings.reader import cycle_blocks, read_run
     from recordings.recorder import Recorder, RecorderReport
-    from recordings.run import Cycles, Run
+    from recordings.recovery import Recovery, recover
+    from recordings.run import Cycles, Run, Series
     from recordings.writer import RunWriter
 
 __all__ = [
@@ -25,9 +26,13 @@ __all__ = [
     "Recorder",
     "RecorderReport",
     "RecordingError",
+    "Recovery",
     "Run",
     "RunWriter",
+    "Series",
+    "cycle_blocks",
     "read_run",
+    "recover",
 ]
 
 _MODULES = {
@@ -37,9 +42,13 @@ _MODULES = {
     "Recorder": "recorder",
     "RecorderReport": "recorder",
     "RecordingError": "errors",
+    "Recovery": "recovery",
     "Run": "run",
     "RunWriter": "writer",
+    "Series": "run",
+    "cycle_blocks": "reader",
     "read_run": "reader",
+    "recover": "recovery",
 }
 
 

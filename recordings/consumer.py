@@ -8,16 +8,19 @@ import os
 import signal
 from enum import IntEnum
 from struct import Struct
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, cast
 
 from devices.clock import WallClock
 from recordings.errors import RecordingError
-from recordings.schema import FAILURE_KEY, RECORDER_METADATA
-from twin.cycle import CycleRecord, Event, Level, Missed, Sink
+from recordings.packing import Numbers
+from recordings.schema import ESTIMATE, FAILURE_KEY, FORECAST, RECORDER_METADATA
+from twin.cycle import CanFrame, CycleRecord, Estimated, Event, Forecasted, Level, Missed, Sink
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from multiprocessing.connection import Connection
+
+    from twin.cycle import FrameSink
 
 POLL_INTERVAL = 0.02
 """Longest wait for data before the consumer may flush, s."""
@@ -27,10 +30,15 @@ NICENESS = 5
 _LEVELS: tuple[Level, ...] = ("info", "warning", "error")
 _TEXT_LIMIT = 0xFFFF
 # First byte of each packed value.
-_CYCLE_KIND, _MISSED_KIND, _EVENT_KIND = 1, 2, 3
-_CYCLE = Struct("<BQdQdddddddI")
+_CYCLE_KIND, _MISSED_KIND, _EVENT_KIND, _FRAME_KIND = 1, 2, 3, 4
+_CYCLE = Struct("<BBQdQdddddddI")
 _MISSED = Struct("<BQQQ")
 _EVENT = Struct("<BdQBHH")
+_FRAME = Struct("<BQI?B8s")
+# Second byte of a cycle: what follows it.
+_HAS_FORECAST, _HAS_ESTIMATE = 1, 2
+_FORECAST_NUMBERS, _ESTIMATE_NUMBERS = Numbers(FORECAST), Numbers(ESTIMATE)
+_FORECAST, _ESTIMATE = Struct("<" + _FORECAST_NUMBERS.layout), Struct("<" + _ESTIMATE_NUMBERS.layout)
 
 
 class Frame(IntEnum):
@@ -55,9 +63,15 @@ class _Shared(Protocol):
 
 
 def pack_cycle(record: CycleRecord) -> bytes:
-    """Pack a cycle; struct.error where a field is of the wrong type or range."""
-    return _CYCLE.pack(
+    """Pack a cycle; struct.error or ValueError where a field is of the wrong type or range."""
+    more, parts = 0, b""
+    if record.forecast is not None:
+        more, parts = _HAS_FORECAST, _FORECAST.pack(*_FORECAST_NUMBERS.of(record.forecast))
+    if record.estimate is not None:
+        more, parts = more | _HAS_ESTIMATE, parts + _ESTIMATE.pack(*_ESTIMATE_NUMBERS.of(record.estimate))
+    packed = _CYCLE.pack(
         _CYCLE_KIND,
+        more,
         record.cycle,
         record.time,
         record.host_time_ns,
@@ -70,6 +84,7 @@ def pack_cycle(record: CycleRecord) -> bytes:
         record.predicted_angular_velocity,
         record.status,
     )
+    return packed + parts if parts else packed
 
 
 def pack_missed(missed: Missed) -> bytes:
@@ -82,6 +97,13 @@ def pack_event(event: Event) -> bytes:
     name, message = (text.encode("utf-8", "replace")[:_TEXT_LIMIT] for text in (event.name, event.message))
     level = _LEVELS.index(event.level)
     return _EVENT.pack(_EVENT_KIND, event.time, event.host_time_ns, level, len(name), len(message)) + name + message
+
+
+def pack_frame(frame: CanFrame) -> bytes:
+    """Pack a CAN frame; ValueError where it has more than 8 bytes."""
+    if len(frame.data) > 8:
+        raise ValueError(f"a CAN frame has {len(frame.data)} bytes; 8 is the most")
+    return _FRAME.pack(_FRAME_KIND, frame.host_time_ns, frame.identifier, frame.sent, len(frame.data), frame.data)
 
 
 def unpack(batch: bytes, sink: Sink) -> int:
@@ -100,13 +122,25 @@ def unpack(batch: bytes, sink: Sink) -> int:
     while offset < len(batch):
         kind = batch[offset]
         if kind == _CYCLE_KIND:
-            _, *values = _CYCLE.unpack_from(batch, offset)
+            _, more, *values = _CYCLE.unpack_from(batch, offset)
             offset += _CYCLE.size
+            if more & _HAS_FORECAST:
+                values.append(Forecasted(*_FORECAST_NUMBERS.values(_FORECAST.unpack_from(batch, offset))))
+                offset += _FORECAST.size
+            elif more:
+                values.append(None)
+            if more & _HAS_ESTIMATE:
+                values.append(Estimated(*_ESTIMATE.unpack_from(batch, offset)))
+                offset += _ESTIMATE.size
             sink.cycle(CycleRecord(*values))
         elif kind == _MISSED_KIND:
             _, first, last, host = _MISSED.unpack_from(batch, offset)
             offset += _MISSED.size
             sink.missed(Missed(first, last, host))
+        elif kind == _FRAME_KIND:
+            _, host, identifier, sent, length, data = _FRAME.unpack_from(batch, offset)
+            offset += _FRAME.size
+            cast("FrameSink", sink).frame(CanFrame(host, identifier, data[:length], sent))
         else:
             _, moment, host, level, name_length, message_length = _event_fields(batch, offset)
             start = offset + _EVENT.size

@@ -4,8 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from recordings.rerun_view import Scene, connect, hand_over
+import numpy as np
+
+from recordings.foreseen import foresight_of
+from recordings.rerun_blueprint import OPTIONAL_LINES
+from recordings.rerun_fan import Fan
+from recordings.rerun_scene import Scene
+from recordings.rerun_view import connect, gravity_in, hand_over
 from recordings.run import Cycles
+from recordings.schema import TOPICS
 from recordings.viewer import start_viewer
 from recordings.words import gap_event
 
@@ -39,8 +46,10 @@ class LiveFeed:
         self._pending: list[CycleRecord] = []
         self._sent_at = 0.0
         self._stream = connect(url or start_viewer().url, geometry)
-        self._scene = Scene(self._stream, geometry)
+        self._scene = Scene(self._stream, geometry, gravity_in(metadata))
         self._scene.describe(metadata)
+        seen = foresight_of(metadata)
+        self._fan = None if seen is None or geometry is None else Fan(self._stream, seen, geometry)
 
     def cycle(self, record: CycleRecord) -> None:
         """Keep a cycle for the next block."""
@@ -70,5 +79,19 @@ class LiveFeed:
 
     def _send(self) -> None:
         self._scene.cycles(Cycles.of(self._pending))
+        for topic, part in (("/forecast", "forecast"), ("/estimate", "estimate")):
+            self._optional(topic, part)
+        if self._fan is not None:
+            for record in self._pending:
+                self._fan.follow(record.time, record.acceleration, record.rotation)
         self.safe += len(self._pending)
         self._pending.clear()
+
+    def _optional(self, topic: str, part: str) -> None:
+        """Send what only some cycles have, as far as it has lines of its own."""
+        rows = [(record.time, value) for record in self._pending if (value := getattr(record, part)) is not None]
+        sources = {field.name: field.source for known in TOPICS if known.name == topic for field in known.fields}
+        wanted = {line.column for line in OPTIONAL_LINES[topic].values()}
+        if rows:
+            columns = {name: np.array([getattr(value, sources[name]) for _, value in rows]) for name in wanted}
+            self._scene.series(topic, np.array([time for time, _ in rows]), columns)

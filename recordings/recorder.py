@@ -7,20 +7,23 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
+from recordings.consumer import pack_frame
+from recordings.disk_file import DiskFile
 from recordings.schema import RECORDER_METADATA
 from recordings.spool import Spool
 from recordings.writer import RunWriter
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from types import TracebackType
 
     from recordings.geometry import Geometry
+    from twin.cycle import CanFrame
 
 
 @dataclass(frozen=True, slots=True)
 class RecorderReport:
-    """What became of the values (cycles, gaps and events) handed to a recorder.
+    """What became of the values (cycles, gaps, events and CAN frames) handed to a recorder.
 
     Attributes
     ----------
@@ -52,7 +55,7 @@ class RecorderReport:
 
 
 class Recorder(Spool):
-    """A `twin.cycle.Sink` that records to `path` without ever blocking or raising into the loop.
+    """A `twin.cycle.Sink` and `FrameSink` that records to `path` without ever blocking or raising into the loop.
 
     Parameters
     ----------
@@ -66,6 +69,8 @@ class Recorder(Spool):
         Cycles the queue holds before it drops and counts (see `recordings.spool`); 20 000 are 20 s at 1 kHz, 3 MB.
     overwrite : bool
         Replace a file of that name.
+    disk : callable
+        Opens the file, in the other process; tests give one that fails.
 
     Raises
     ------
@@ -86,13 +91,17 @@ class Recorder(Spool):
         *,
         bound: int = 20_000,
         overwrite: bool = False,
+        disk: Callable[[Path, str], DiskFile] = DiskFile,
     ) -> None:
         self.path = Path(path)
         self._report: RecorderReport | None = None
         plain = {name: dict(values) for name, values in metadata.items()}
-        super().__init__(
-            partial(RunWriter, self.path, plain, geometry, overwrite=overwrite), name="recorder", bound=bound
-        )
+        build = partial(RunWriter, self.path, plain, geometry, overwrite=overwrite, disk=disk)
+        super().__init__(build, name="recorder", bound=bound)
+
+    def frame(self, frame: CanFrame) -> None:
+        """Take a CAN frame; never blocks, never raises. It has half the queue: cycles come before it."""
+        self._take(pack_frame, frame, self._bound // 2)
 
     def finish(self, metadata: Mapping[str, Mapping[str, str]] | None = None, *, limit: float = 10.0) -> RecorderReport:
         """Write what is queued and the closing `metadata`, close the file and say what became of every value.

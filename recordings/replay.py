@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from recordings.errors import RecordingError
-from twin.live import LiveTwin
+from recordings.pacing import Unpaced
+from twin.live_twin import LiveTwin
 from twin.provenance import same_arithmetic
 from twin.run_report import LYING, SENSOR_SLACK
 
@@ -18,8 +19,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from devices.clock import Clock
+    from recordings.pacing import Pace
     from recordings.run import Run
+    from twin.rocking.track import BlockEvent
 
 LARGEST_DIFFERENCE = 1e-9
 """What predictions may differ by where versions or processors do, rad."""
@@ -31,25 +33,35 @@ class Replay:
 
     Attributes
     ----------
+    played : int
+        How many cycles were fed to it; fewer than recorded where the pace ended it.
     predicted_rotation, predicted_angular_velocity : ndarray, shape (n,)
-        What the live code predicts now, rad and rad/s.
+        What the live code predicts now for each cycle played, rad and rad/s.
+    events : tuple of BlockEvent
+        Uplift, impacts, rest and fall of the predicted block, on the table's clock.
     differs : list of str
         What is not the same as when it was recorded and could change a bit.
     identical : bool
-        Whether every prediction equals the recorded one bit for bit.
-    largest_change : float
-        Largest |prediction now - prediction then|, rad.
+        Whether every prediction equals the recorded one bit for bit, and every estimate where both have an observer.
+    estimates : int
+        Recorded estimates that were compared.
+    largest_change, largest_change_time : float
+        Largest |prediction now - prediction then|, or of the estimates, rad; and when that of the predictions is, s.
     predicted_peak, measured_peak : float
         Largest |rotation|, rad; NaN for the measured one where no sensor was on.
     largest_difference : float
         Largest |predicted - measured| while neither block lay on its side, rad.
     """
 
+    played: int
     predicted_rotation: NDArray[np.float64]
     predicted_angular_velocity: NDArray[np.float64]
+    events: tuple[BlockEvent, ...]
     differs: list[str]
     identical: bool
+    estimates: int
     largest_change: float
+    largest_change_time: float
     predicted_peak: float
     measured_peak: float
     largest_difference: float
@@ -69,8 +81,7 @@ def replay(
     run: Run,
     twin: LiveTwin,
     *,
-    clock: Clock | None = None,
-    speed: float = 1.0,
+    pace: Pace | None = None,
     each: Callable[[float, float, float], None] | None = None,
 ) -> Replay:
     """Drive `twin` with the measured base acceleration of `run`.
@@ -80,8 +91,8 @@ def replay(
     run : Run
     twin : LiveTwin
         Fresh, of the run's scene.
-    clock : Clock, optional
-        Paces the replay at `speed` times real time; None: as fast as it goes.
+    pace : Pace, optional
+        Holds it back, or ends it early; None: as fast as it goes.
     each : callable, optional
         Called with time s, predicted and measured rotation rad of every cycle.
 
@@ -90,6 +101,34 @@ def replay(
     RecordingError
         The run has no cycles, or its times or accelerations are not finite or not in order.
     """
+    check_replayable(run)
+    cycles = run.cycles
+    wait = (pace or Unpaced()).wait
+    rotation = np.empty(len(cycles))
+    rate = np.empty(len(cycles))
+    estimated = np.full(len(cycles), np.nan)
+    events: list[BlockEvent] = []
+    # The block's own clock begins with the first sample.
+    first = float(cycles.time[0])
+    rows = zip(cycles.time.tolist(), cycles.acceleration.tolist(), cycles.rotation.tolist(), strict=True)
+    played = 0
+    for time, acceleration, measured in rows:
+        if not wait(time):
+            break
+        rotation[played] = twin.measure(time, acceleration, measured)
+        if twin.foresight is not None:
+            estimated[played] = twin.foresight.observer.rotation
+        rate[played] = twin.block.angular_velocity
+        if twin.block.events:
+            events += [event._replace(time=first + event.time) for event in twin.block.events]
+        played += 1
+        if each is not None:
+            each(time, twin.block.rotation, measured)
+    return _compared(run, rotation[:played], rate[:played], estimated[:played], tuple(events))
+
+
+def check_replayable(run: Run) -> None:
+    """Raise RecordingError where a run cannot be fed to the live code."""
     cycles = run.cycles
     if not len(cycles):
         raise RecordingError(f"{run.path} has no cycles to replay")
@@ -97,27 +136,23 @@ def replay(
         raise RecordingError(f"{run.path} has times or accelerations that are not finite")
     if np.any(np.diff(cycles.time) <= 0.0):
         raise RecordingError(f"{run.path} has times that do not increase")
-    rotation = np.empty(len(cycles))
-    rate = np.empty(len(cycles))
-    begin = clock.now() if clock is not None else 0.0
-    first = float(cycles.time[0])
-    rows = zip(cycles.time.tolist(), cycles.acceleration.tolist(), cycles.rotation.tolist(), strict=True)
-    for k, (time, acceleration, measured) in enumerate(rows):
-        if clock is not None:
-            clock.wait_until(begin + (time - first) / speed)
-        rotation[k] = twin.measure(time, acceleration)
-        rate[k] = twin.block.angular_velocity
-        if each is not None:
-            each(time, float(rotation[k]), measured)
-    return _compare(run, rotation, rate)
 
 
-def _compare(run: Run, rotation: NDArray[np.float64], rate: NDArray[np.float64]) -> Replay:
-    cycles = run.cycles
+def _compared(
+    run: Run,
+    rotation: NDArray[np.float64],
+    rate: NDArray[np.float64],
+    estimated: NDArray[np.float64],
+    events: tuple[BlockEvent, ...],
+) -> Replay:
+    cycles = run.cycles.between(0, rotation.size)
     identical = bool(
         np.array_equal(rotation.view(np.uint64), cycles.predicted_rotation.view(np.uint64))
         and np.array_equal(rate.view(np.uint64), cycles.predicted_angular_velocity.view(np.uint64))
     )
+    again, then = _estimates(run, cycles.cycle, estimated)
+    identical = identical and np.array_equal(again.view(np.uint64), then.view(np.uint64))
+    estimate_change = float(np.max(np.abs(again - then), initial=0.0))
     measured = cycles.rotation[np.isfinite(cycles.rotation)]
     standing = np.isfinite(cycles.rotation)
     down = np.nonzero((np.abs(rotation) >= LYING) | (np.abs(cycles.rotation) >= LYING - SENSOR_SLACK))[0]
@@ -126,12 +161,29 @@ def _compare(run: Run, rotation: NDArray[np.float64], rate: NDArray[np.float64])
     apart = np.abs(rotation - cycles.rotation)[standing]
     change = np.abs(rotation - cycles.predicted_rotation)
     return Replay(
+        played=rotation.size,
         predicted_rotation=rotation,
         predicted_angular_velocity=rate,
+        events=events,
         differs=same_arithmetic(dict(run.metadata.get("versions", {})), dict(run.metadata.get("processor", {}))),
         identical=identical,
-        largest_change=float(np.max(change)) if np.all(np.isfinite(change)) else math.inf,
-        predicted_peak=float(np.max(np.abs(rotation))),
+        estimates=again.size,
+        largest_change=float(np.max(change, initial=estimate_change)) if np.all(np.isfinite(change)) else math.inf,
+        largest_change_time=float(cycles.time[int(np.argmax(change))]) if change.size else math.nan,
+        predicted_peak=float(np.max(np.abs(rotation), initial=0.0)),
         measured_peak=float(np.max(np.abs(measured))) if measured.size else math.nan,
         largest_difference=float(np.max(apart)) if apart.size else math.nan,
     )
+
+
+def _estimates(
+    run: Run, numbers: NDArray[np.int64], estimated: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the estimates made now and those recorded, of the cycles that have both."""
+    series = run.series.get("/estimate")
+    if series is None or not np.any(np.isfinite(estimated)):
+        return np.zeros(0), np.zeros(0)
+    # A message's sequence is its cycle's number modulo 2**32.
+    low = (numbers & 0xFFFF_FFFF).astype(np.uint32)
+    _, place, which = np.intersect1d(low, series.sequence, return_indices=True)
+    return estimated[place], np.ascontiguousarray(series.columns["rotation_rad"][which])

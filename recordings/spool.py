@@ -16,7 +16,7 @@ import multiprocessing
 import struct
 import threading
 from collections import deque
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from devices.clock import WallClock
 from devices.scheduling import PRIORITY, real_time
@@ -39,7 +39,9 @@ START_LIMIT = 60.0
 """Most time a new process may take to be ready, s: a loaded laboratory machine imports slowly."""
 
 _CLOCK = WallClock()
+# What packing a value of the wrong kind raises.
 _REFUSED = (struct.error, TypeError, ValueError, OverflowError, AttributeError)
+_Value = TypeVar("_Value")
 
 
 class _Counter(Protocol):
@@ -101,24 +103,15 @@ class Spool:
 
     def cycle(self, record: CycleRecord) -> None:
         """Take a cycle; never blocks, never raises."""
-        try:
-            self._put(pack_cycle(record), self._bound)
-        except _REFUSED:
-            self.refused += 1
+        self._take(pack_cycle, record, self._bound)
 
     def missed(self, missed: Missed) -> None:
         """Take a gap; never blocks, never raises."""
-        try:
-            self._put(pack_missed(missed), self._bound + EVENT_RESERVE)
-        except _REFUSED:
-            self.refused += 1
+        self._take(pack_missed, missed, self._bound + EVENT_RESERVE)
 
     def event(self, event: Event) -> None:
         """Take an event; never blocks, never raises."""
-        try:
-            self._put(pack_event(event), self._bound + EVENT_RESERVE)
-        except _REFUSED:
-            self.refused += 1
+        self._take(pack_event, event, self._bound + EVENT_RESERVE)
 
     @property
     def received(self) -> int:
@@ -156,7 +149,12 @@ class Spool:
             self._give_up(f"the {self._name} process ended with exit code {self._process.exitcode}")
         self._replies.close()
 
-    def _put(self, packed: bytes, bound: int) -> None:
+    def _take(self, pack: Callable[[_Value], bytes], value: _Value, bound: int) -> None:
+        try:
+            packed = pack(value)
+        except _REFUSED:
+            self.refused += 1
+            return
         if len(self._queue) >= bound:
             self.dropped += 1
         else:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import struct
 import zlib
+from collections import defaultdict
 from typing import TYPE_CHECKING
 
 import lz4.frame
@@ -18,6 +19,8 @@ from recordings import RecordingError, read_run
 from recordings.decompression import DamagedChunkError, decompress
 from recordings.descriptors import descriptor_set
 from recordings.schema import CYCLE_TOPICS
+from tests.recordings.fuzzing import fuzz
+from tests.recordings.mutations import FORGED, HARMLESS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -125,13 +128,14 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
 
 
 def _foreign(path: Path, topics: list[tuple[str, str, str]], metadata: dict[str, str] | None = None) -> Path:
+    descriptors = defaultdict(bytes, {topic.schema_name: descriptor_set(topic) for topic in CYCLE_TOPICS})
     with path.open("wb") as file:
         writer = Writer(file)
         writer.start()
         if metadata is not None:
             writer.add_metadata("schema", metadata)
         for topic, schema_name, encoding in topics:
-            schema = writer.register_schema(schema_name, encoding, descriptor_set())
+            schema = writer.register_schema(schema_name, encoding, descriptors[schema_name])
             writer.add_message(writer.register_channel(topic, encoding, schema), 1, b"{}", 1)
         writer.finish()
     return path
@@ -186,3 +190,24 @@ def test_honest_chunks_decompress(compression: str) -> None:
 def test_unknown_compression() -> None:
     with pytest.raises(DamagedChunkError, match="unknown compression 'rar'"):
         decompress("rar", b"abc", 3, 0)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_mutated_files_give_a_run_or_a_sentence_and_nothing_made_up(seed: int) -> None:
+    """The benchmark fuzz_recordings.py does the same a hundred thousand times."""
+    result = fuzz(220, seed)
+    assert result.opened["cut"] == result.files["cut"] == 20
+    assert result.recovered["cut"] == result.written["cut"] > 0
+    for kind in ("lie of length", "splice", "bomb", "hostile metadata"):
+        assert result.recovered[kind] >= 0.9 * result.written[kind], "\n".join(result.lines())
+    assert result.recovered["flip"] >= 0.5 * result.written["flip"]
+
+
+@pytest.mark.parametrize("kind", [*HARMLESS, *FORGED])
+def test_any_seed_of_a_mutation(kind: str) -> None:
+    @settings(max_examples=15, deadline=None)
+    @given(st.integers(0, 2**32))
+    def mutate(seed: int) -> None:
+        fuzz(1, seed, [kind], cycles=12)
+
+    mutate()

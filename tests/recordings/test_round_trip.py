@@ -11,6 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -20,7 +21,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from recordings import Geometry, RecordingError, RunWriter, read_run
 from recordings.descriptors import descriptor_set, message_class
-from recordings.schema import CYCLE_TOPICS, TOPICS
+from recordings.schema import CYCLE_TOPICS, EVENT_TIME, MISSED, WELL_KNOWN
 from twin.cycle import CycleRecord, Event, Missed
 
 if TYPE_CHECKING:
@@ -66,6 +67,33 @@ def test_round_trip_is_bit_exact(records: list[CycleRecord], events: list[Event]
     assert run.metadata["scene"] == metadata["scene"]
     assert run.metadata["end"] == {"outcome": "ROCKED"}
     assert run.geometry == Geometry(0.06, 0.27)
+
+
+def test_the_clocks_relation_is_fitted_over_the_run(tmp_path: Path, make_records: MakeRecords) -> None:
+    """A host clock that runs 30 ppm fast and answers 40 to 90 us late, against numpy's least squares."""
+    late = [40_000 + (k * 7919) % 50_000 for k in range(2000)]
+    start = 1_760_000_000_123_456_789
+    records = [
+        replace(record, host_time_ns=start + late[k] + round(k * 1e6 * (1 + 30e-6)))
+        for k, record in enumerate(make_records(2000))
+    ]
+    writer = RunWriter(tmp_path / "run.mcap", {})
+    for record in records:
+        writer.cycle(record)
+        # An event's time is not that of its arrival, and must not count.
+        writer.event(Event(record.time - 1.0, record.host_time_ns, "info", "phase", ""))
+    writer.finish()
+    run = read_run(writer.path)
+    said = run.metadata["clock"]
+    lag = (run.cycles.host_time_ns - start) * 1e-9 - run.cycles.time
+    (drift, offset), (residual, *_) = np.polyfit(run.cycles.time, lag, 1, full=True)[:2]
+    assert float(said["drift_ppm"]) == pytest.approx(drift * 1e6, abs=1e-3)
+    assert float(said["drift_ppm"]) == pytest.approx(30.0, abs=2.0)
+    assert int(said["fit_offset_ns"]) - start == pytest.approx(offset * 1e9, abs=2)
+    assert float(said["residual_us"]) == pytest.approx(math.sqrt(residual / 2000) * 1e6, abs=1e-3)
+    assert said["samples"] == "2000"
+    assert int(said["origin_ns"]) == records[0].host_time_ns
+    assert run.schema_version == (1, 1)
 
 
 def test_counts_and_topics(write_run: WriteRun) -> None:
@@ -117,7 +145,7 @@ def test_a_file_of_another_protobuf_writer_reads_the_same(tmp_path: Path, make_r
         writer = Writer(file)
         writer.start()
         for topic in CYCLE_TOPICS:
-            schema = writer.register_schema(topic.schema_name, "protobuf", descriptor_set())
+            schema = writer.register_schema(topic.schema_name, "protobuf", descriptor_set(topic))
             channel = writer.register_channel(topic.name, "protobuf", schema)
             for record in records:
                 message = message_class(topic)(**{f.name: getattr(record, f.source) for f in topic.fields})
@@ -173,5 +201,6 @@ def test_every_topic_describes_its_units(write_run: WriteRun) -> None:
         summary = make_reader(io.BytesIO(file.read())).get_summary()
     assert summary is not None
     channels = {channel.topic: channel for channel in summary.channels.values()}
-    for topic in TOPICS:
-        assert channels[topic.name].metadata == {f.name: f"{f.unit}: {f.text}" for f in topic.fields}
+    assert set(channels) == {topic.name for topic in (*CYCLE_TOPICS, MISSED, EVENT_TIME)} | set(WELL_KNOWN)
+    for topic in (*CYCLE_TOPICS, MISSED, EVENT_TIME):
+        assert channels[topic.name].metadata == {f.name: f.words for f in topic.fields}

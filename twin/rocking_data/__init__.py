@@ -1,0 +1,1 @@
+"""What measured rotations say: their noise, impacts, and which impacts of two runs are the same. Pure: arrays only."""
