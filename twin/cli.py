@@ -11,14 +11,35 @@ A shake-table digital twin for rocking blocks.
 
   twin run                    the main job: block B6L on the emulated Quanser ST-III, one full sine, live at 1 kHz
   twin plan SCENE             what the table can do of a scene and what the block will do; nothing moves
+  twin tune SCENE             correct the command of a scene's pulse until the table performs it
   twin map SCENE              which pulses of a grid overturn the block, and which of them the table can run
-  twin replay FILE.mcap       a recorded run through the same live code again
+  twin replay FILE.mcap       a recorded run through the same live code again; what if; onto an emulator or a bus
+  twin compare A.mcap B.mcap  two recordings, or prediction and measurement of one, impact by impact
   twin view FILE.mcap         a recorded run in Rerun
   twin chart                  speed against accuracy of every method, measured on this machine
 """
 EXIT_CODES = "exit codes: 0 done as asked, 1 not (see each command), 2 bad input"
-COMMANDS = ("scenes", "plan", "run", "replay", "map", "chart", "view", "emulate")
+COMMANDS = (
+    "scenes",
+    "plan",
+    "run",
+    "tune",
+    "devices",
+    "samples",
+    "replay",
+    "compare",
+    "export",
+    "import",
+    "map",
+    "chart",
+    "view",
+    "recover",
+    "schema",
+    "emulate",
+)
 """In the order of `--help`; each has a parser in `twin.parsers` and its work in `twin.commands`, of the same name."""
+MODULES = {"import": "import_"}
+"""Modules of another name than their command, which is a word of Python's."""
 INTERRUPTED = 130
 """Exit code of a command ended by Ctrl-C before or after the table moved (128 + SIGINT, as shells have it)."""
 
@@ -31,14 +52,14 @@ def parser() -> argparse.ArgumentParser:
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
 
     for name in COMMANDS:
-        import_module(f"twin.parsers.{name}").add(commands)
+        import_module(f"twin.parsers.{MODULES.get(name, name)}").add(commands)
     return top
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return its exit code."""
     options = parser().parse_args(arguments)
-    command = import_module(f"twin.commands.{options.command}")
+    command = import_module(f"twin.commands.{MODULES.get(options.command, options.command)}")
     from twin.errors import InputError
 
     try:

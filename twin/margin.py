@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from excitation import Pulse
+from excitation import Motion, Pulse, ReleasedRun
 from excitation.demand import ends_moving
 from excitation.pieces import assemble, steady
 from excitation.speed_change import speed_change
@@ -56,7 +56,7 @@ def find_margin(rehearsal: Rehearsal, pulse: Pulse) -> Margin:
         return overturns(body, pieces(pulse.scaled(1.0 + change)), rotation=tilt)
 
     now = falls(0.0)
-    largest = _largest_change(pulse)
+    largest = _largest_change(pulse, pieces)
 
     def nearest(direction: float) -> float | None:
         inside = 0.0
@@ -80,9 +80,16 @@ def _shaking_of(rehearsal: Rehearsal) -> Callable[[Pulse], FloatArray]:
 
     From rest that is the pulse with its coast and brake. A block let go with a tilt feels the way to the start as well.
     """
-    scene, capacity = rehearsal.scene, rehearsal.capacity
-    if initial_rotation(scene) != 0.0:
-        return lambda pulse: make_motion(scene, None, pulse, wait=rehearsal.motion.wait).pieces
+    scene, capacity, motion = rehearsal.scene, rehearsal.capacity, rehearsal.motion
+    tilted = initial_rotation(scene) != 0.0
+    if isinstance(motion, ReleasedRun):
+        run = motion
+        if tilted:
+            return lambda pulse: replace(run, pulse=pulse).pieces
+        return lambda pulse: replace(run, pulse=pulse).shaking.pieces
+    if tilted:
+        wait = motion.wait if isinstance(motion, Motion) else None
+        return lambda pulse: make_motion(scene, None, pulse, wait=wait).pieces
 
     brake, coast, jerk = brake_of(scene, capacity), scene.table.coast_s, capacity.jerk
 
@@ -98,14 +105,14 @@ def _shaking_of(rehearsal: Rehearsal) -> Callable[[Pulse], FloatArray]:
     return braked
 
 
-def _largest_change(pulse: Pulse) -> float:
+def _largest_change(pulse: Pulse, pieces: Callable[[Pulse], FloatArray]) -> float:
     """Return the largest relative change of amplitude up to `MARGIN_RANGE` at which there still is such a pulse.
 
     A double pulse reaches no more speed than its gap leaves room for.
     """
     for k in range(round(MARGIN_RANGE / MARGIN_STEP), 0, -1):
         try:
-            pulse.scaled(1.0 + k * MARGIN_STEP)
+            pieces(pulse.scaled(1.0 + k * MARGIN_STEP))
         except ValueError:
             continue
         return k * MARGIN_STEP

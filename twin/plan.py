@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from excitation import Capacity, Clipped, Motion
+from excitation import Capacity, Clipped, TableRun
+from excitation.released import Settings
+from twin.achieved import Achieved
 from twin.futures import Futures, draw_futures
 from twin.margin import Margin, find_margin
-from twin.rehearsal import NotPossibleError, initial_rotation, rehearse
+from twin.rehearsal import NotPossibleError, Rehearsal, initial_rotation, rehearse
 from twin.rocking.block import Block
 from twin.rocking.response import Outcome, Response
 from twin.rocking.validity import Validity
@@ -21,7 +24,8 @@ class Plan:
     """A planned run. From `motion` on all are None where the table cannot make any such pulse.
 
     `contact` is what the predicted motion asks of the contact, `sufficient` the answer of the simplest model that would
-    do (`response` itself is the nonlinear one's).
+    do (`response` itself is the nonlinear one's). `settings` are what an operator sets on a released machine,
+    `achieved` what is known of the table's own answer to the asked motion (`response` is to the motion as asked).
     """
 
     scene: Scene
@@ -29,12 +33,14 @@ class Plan:
     restitution: float
     capacity: Capacity
     clipped: Clipped | None
-    motion: Motion | None = None
+    motion: TableRun | None = None
     response: Response | None = None
     margin: Margin | None = None
     futures: Futures | None = None
     contact: Validity | None = None
     sufficient: Response | None = None
+    settings: Settings | None = None
+    achieved: tuple[Achieved, ...] = ()
 
     @property
     def feasible(self) -> bool:
@@ -57,8 +63,12 @@ class Plan:
         return deceleration, speed / deceleration, 0.5 * speed * speed / deceleration
 
 
-def plan_run(scene: Scene, capacity: Capacity) -> Plan:
+def plan_run(
+    scene: Scene, capacity: Capacity, achieve: Callable[[Rehearsal], Sequence[Achieved]] = lambda _: ()
+) -> Plan:
     """Plan `scene` on a table of `capacity`: clip, predict, search the margin, draw the futures.
+
+    `achieve` says what is known of the table's own answer to a run; see `twin.achieved`.
 
     Raises
     ------
@@ -82,4 +92,6 @@ def plan_run(scene: Scene, capacity: Capacity) -> Plan:
         draw_futures(rehearsal),
         rehearsal.response.validity(friction=scene.block.friction),
         simulate(block, motion, restitution=eta, initial_rotation=initial_rotation(scene), model="auto"),
+        rehearsal.settings,
+        tuple(achieve(rehearsal)),
     )

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from excitation import ReleasedRun
 from twin.errors import InputError
 from twin.plan import Plan
 from twin.plan_report import sentences
@@ -47,7 +48,8 @@ def draw_plan(plan: Plan, path: Path) -> None:
         for axes in (acceleration, position, rotation):
             axes.set_xlim(0.0, end)
             axes.grid(alpha=0.3)
-            axes.legend(loc="upper right", fontsize=8)
+            # A released base comes to rest at the upper right.
+            axes.legend(loc="best" if axes is position else "upper right", fontsize=8)
     else:
         for axes in (acceleration, position, rotation):
             axes.set_axis_off()
@@ -85,6 +87,9 @@ def _acceleration(axes: Any, plan: Plan, end: float) -> None:
         own = _dense(clipped.asked.breakpoints, clipped.asked.duration)
         axes.plot(own + start, clipped.asked.acceleration(own), color=ASKED, lw=1.2, ls="--", label="asked")
     axes.plot(t, motion.acceleration(t), color=GIVEN, lw=1.4, label="given")
+    for achieved, colour in zip(plan.achieved[-2:], ("tab:green", "tab:purple"), strict=False):
+        own = motion.pulse_start + achieved.start + np.arange(achieved.acceleration.size) * achieved.cycle_time
+        axes.plot(own, achieved.acceleration, color=colour, lw=1.0, label=achieved.label)
     lift = plan.block.uplift_acceleration
     for sign in (1, -1):
         label = "g tan(alpha): the block lifts" if sign > 0 else None
@@ -98,11 +103,16 @@ def _position(axes: Any, plan: Plan, end: float) -> None:
         return
     t = _dense(motion.breakpoints, end)
     axes.plot(t, 1e3 * motion.displacement(t), color=GIVEN, lw=1.4, label="base")
-    half = 0.5e3 * plan.capacity.stroke
-    for sign in (1, -1):
-        axes.axhline(sign * half, color="black", lw=0.8, label="stroke" if sign > 0 else None)
+    stop = "brake"
+    if isinstance(motion, ReleasedRun):
+        stop = motion.machine.stop_name
+        axes.axhline(1e3 * motion.end_stop_position, color="black", lw=0.8, label=f"{stop} met")
+    else:
+        half = 0.5e3 * plan.capacity.stroke
+        for sign in (1, -1):
+            axes.axhline(sign * half, color="black", lw=0.8, label="stroke" if sign > 0 else None)
     for phase in motion.phases:
-        if phase.name in ("pulse", "brake"):
+        if phase.name in ("pulse", stop):
             axes.axvspan(phase.start, phase.end, color=GIVEN if phase.name == "pulse" else "tab:red", alpha=0.08)
     axes.set_ylabel("base position\n[mm]")
 
@@ -130,8 +140,11 @@ def _rotation(axes: Any, plan: Plan, end: float) -> None:
 
 
 def _dense(breakpoints: FloatArray, end: float) -> FloatArray:
-    """Return times from 0 to `end`, with both sides of every break point."""
+    """Return times from 0 to `end`, with both sides of every break point, and no piece without its shape."""
     marks = breakpoints
     marks = marks[(marks >= 0.0) & (marks <= end)]
-    both = np.concatenate([np.linspace(0.0, end, 3000), marks, np.nextafter(marks[marks > 0.0], -math.inf)])
+    # The blows of a double pulse are shorter than the steps of the grid; the pieces of a record are straight lines.
+    within = marks[:-1] + np.outer(np.linspace(0.0, 1.0, 33)[1:-1], np.diff(marks)) if len(marks) < 100 else marks
+    grid = np.linspace(0.0, end, 3000)
+    both = np.concatenate([grid, within.ravel(), marks, np.nextafter(marks[marks > 0.0], -math.inf)])
     return np.unique(both)

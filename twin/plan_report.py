@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from excitation import Clipped
+from excitation import Clipped, TableRun
+from excitation.released import Settings
 from twin.margin import MARGIN_RANGE
 from twin.plan import Plan
 from twin.rocking.block import Block
@@ -15,11 +16,17 @@ from twin.rocking.validity import Validity
 def sentences(plan: Plan) -> list[str]:
     """Return the plan as lines of text: table, clip, prediction, its model and validity, margin, futures, verdict."""
     lines = [f"scene      {plan.scene.name}: {plan.scene.title}", _block_line(plan), _table_line(plan)]
+    if plan.capacity.machine is not None:
+        sources = (f"{words} [{source}]" for words, source in plan.capacity.machine.described.values())
+        lines.append(f"machine    {'; '.join(sources)}")
     if plan.clipped is not None:
         lines += clip_lines(plan.clipped)
+    if plan.settings is not None and plan.motion is not None:
+        lines += settings_lines(plan.settings, plan.motion)
     if plan.response is None or plan.futures is None:
         return [*lines, f"verdict    not feasible: {plan.capacity.name} cannot make this excitation"]
     lines.append(f"predicted  {response_line(plan.response, plan.block.slenderness)}")
+    lines += [f"achieved   {achieved.line(plan.block.slenderness)}" for achieved in plan.achieved]
     lines += _model_lines(plan.response, plan.sufficient)
     if plan.contact is not None:
         lines += _contact_lines(plan.contact, plan.block)
@@ -31,7 +38,7 @@ def sentences(plan: Plan) -> list[str]:
     )
     undecided = f", {plan.futures.undecided} undecided" if plan.futures.undecided else ""
     lines.append(_stop_line(plan))
-    if plan.capacity.kinds is not None:
+    if plan.capacity.kinds is not None and plan.capacity.machine is None:
         lines.append(
             f"note       {plan.capacity.name} makes the pulse alone: the way to its start and its end are yours"
         )
@@ -55,11 +62,23 @@ def clip_lines(clipped: Clipped) -> list[str]:
     return lines
 
 
+def settings_lines(settings: Settings, motion: TableRun) -> list[str]:
+    """Return what an operator sets on a released machine, and what it then makes."""
+    parts: list[str] = []
+    for phase in motion.phases:
+        if motion.pulse_start <= phase.start < motion.shaking_end:
+            parts.append(f"{phase.name} {motion.peak_in(phase):.3g} m/s2 for {phase.end - phase.start:.3f} s")
+    return [f"set        {settings.sentence}", f"makes      {', '.join(parts)}"]
+
+
 def verdict(plan: Plan) -> str:
     """Return one clause: feasible or not, stays up or falls."""
     if plan.response is None:
         return "not feasible"
     can = "feasible as asked" if plan.feasible else "not feasible as asked: clipped"
+    if plan.feasible and plan.settings is not None and plan.clipped is not None:
+        # Weights and drops come in steps.
+        can = can if plan.settings.pulse == plan.clipped.asked else "feasible, as near as the machine can be set"
     does = {
         Outcome.STAYED: "the block does not move",
         Outcome.ROCKED: "the block rocks and stays up",
@@ -159,6 +178,8 @@ def _table_line(plan: Plan) -> str:
 
 
 def _stop_line(plan: Plan) -> str:
+    if plan.capacity.machine is not None:
+        return f"stopping   {plan.capacity.machine.stopping}"
     deceleration, duration, distance = plan.stop
     return (
         f"stopping   from the top speed: {deceleration:.3g} m/s2 for {duration:.2f} s over {distance * 1e3:.0f} mm, "
@@ -196,6 +217,7 @@ def as_data(plan: Plan) -> dict[str, object]:
         },
         "table": plan.capacity.model_dump(mode="json"),
         "clip": None if clipped is None else _clip_data(clipped),
+        "settings": None if plan.settings is None else settings_data(plan.settings),
         "prediction": None
         if response is None
         else {
@@ -209,6 +231,7 @@ def as_data(plan: Plan) -> dict[str, object]:
             "rotation_error_rad": response.rotation_error,
             "model": response.model,
         },
+        "achieved": [achieved.data() for achieved in plan.achieved],
         "sufficient_model": None
         if plan.sufficient is None
         else {"model": plan.sufficient.model, "reason": plan.sufficient.model_reason},
@@ -218,6 +241,11 @@ def as_data(plan: Plan) -> dict[str, object]:
         if futures is None
         else {"count": futures.count, "overturned": futures.overturned, "undecided": futures.undecided},
     }
+
+
+def settings_data(settings: Settings) -> dict[str, object]:
+    """Return what an operator sets on a released machine: its numbers in SI units, what it makes, and the sentence."""
+    return {**settings.numbers, "makes": describe(settings.pulse), "text": settings.sentence}
 
 
 def _contact_data(contact: Validity) -> dict[str, object]:

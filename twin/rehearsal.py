@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from excitation import Capacity, Clipped, Motion, Pulse, clip
+from excitation import Capacity, Clipped, Motion, Pulse, ReleasedRun, TableRun, clip
+from excitation.released import Settings
 from twin.errors import InputError
 from twin.rocking.block import Block
 from twin.rocking.response import Response
@@ -34,7 +35,8 @@ class NotPossibleError(InputError):
 class Rehearsal:
     """What the table will be told and what the block is predicted to do of it.
 
-    `after` is how long the table is held still at the end for the block, s.
+    `after` is how long the table is held still at the end for the block, s. `settings` are what an operator sets on a
+    released machine; None for a table that follows set-points.
     """
 
     scene: Scene
@@ -42,14 +44,18 @@ class Rehearsal:
     restitution: float
     capacity: Capacity
     clipped: Clipped | None
-    motion: Motion
+    motion: TableRun
     response: Response
     after: float
+    settings: Settings | None = None
 
     @property
     def given(self) -> Pulse | None:
-        """The pulse the table makes; None where nothing shakes."""
-        return None if self.clipped is None else self.clipped.given
+        """The pulse the table makes; None where nothing shakes.
+
+        A released machine makes it from weights and gaps, near what the clip would give.
+        """
+        return self.motion.pulse
 
 
 def rehearse(scene: Scene, capacity: Capacity) -> Rehearsal:
@@ -67,24 +73,33 @@ def rehearse(scene: Scene, capacity: Capacity) -> Rehearsal:
     clipped = None if pulse is None else clip_scene(scene, capacity, pulse)
     if clipped is not None and clipped.given is None:
         raise NotPossibleError(scene, block, eta, clipped)
-    motion = _motion_with_time_to_rest(scene, capacity, block, eta, tilt, None if clipped is None else clipped.given)
+    given = None if clipped is None else clipped.given
+    settings = None if given is None else settings_for(scene, capacity, given)
+    made = given if settings is None else settings.pulse
+    motion = _motion_with_time_to_rest(scene, capacity, block, eta, tilt, made)
     response = simulate(block, motion, restitution=eta, initial_rotation=tilt)
     after = min(max([0.0, *(t + AFTERWARDS - motion.duration for t in _story(response))]), LONGEST_WAIT)
-    return Rehearsal(scene, block, eta, capacity, clipped, motion, response, after)
+    return Rehearsal(scene, block, eta, capacity, clipped, motion, response, after, settings)
 
 
-def make_motion(scene: Scene, capacity: Capacity | None, pulse: Pulse | None, *, wait: float | None = None) -> Motion:
-    """Return the whole run of the table around `pulse`; `wait` s are left for the block before the return."""
+def make_motion(scene: Scene, capacity: Capacity | None, pulse: Pulse | None, *, wait: float | None = None) -> TableRun:
+    """Return the whole run of the table around `pulse`; `wait` s are left for the block before the return.
+
+    A released machine makes its own run, and does not return.
+    """
     if pulse is None:
         duration = scene.excitation.duration_s if isinstance(scene.excitation, NoShaking) else 1.0
         return Motion.standstill(duration)
+    settle = scene.table.settle_s
+    if capacity is not None and (machine := capacity.machine_for(pulse)) is not None:
+        return ReleasedRun(machine, pulse, wait=settle, coast=scene.table.coast_s, rest=settle)
     return Motion(
         pulse,
         stop_deceleration(scene, capacity),  # positioning is as gentle as a stop
         capacity=capacity,
         brake=brake_of(scene, capacity),
         coast=scene.table.coast_s,
-        settle=scene.table.settle_s,
+        settle=settle,
         wait=wait,
     )
 
@@ -101,11 +116,12 @@ def initial_rotation(scene: Scene) -> float:
 
 def clip_scene(scene: Scene, capacity: Capacity, pulse: Pulse) -> Clipped:
     """Return the scene's pulse clipped to the table; raises `InputError` where the question itself is wrong."""
+    _check_end(scene, capacity)
     try:
         return clip(
             pulse,
             capacity,
-            brake=brake_of(scene, capacity),
+            brake=None if capacity.machine is not None else brake_of(scene, capacity),
             coast=scene.table.coast_s,
             payload=scene.block.mass_kg,
         )
@@ -113,15 +129,62 @@ def clip_scene(scene: Scene, capacity: Capacity, pulse: Pulse) -> Clipped:
         raise InputError(f"scene {scene.name}: {error}") from None
 
 
+def settings_for(scene: Scene, capacity: Capacity, given: Pulse) -> Settings | None:
+    """Return what is set on a released machine for the clipped pulse; None for a table that follows set-points.
+
+    Raises
+    ------
+    InputError
+        Where the machine cannot be set so; one sentence.
+    """
+    machine = capacity.machine_for(given)
+    if machine is None:
+        return None
+    try:
+        return machine.settings_for(given, capacity, payload=scene.block.mass_kg, coast=scene.table.coast_s)
+    except ValueError as error:
+        raise InputError(f"scene {scene.name}: {error}") from None
+
+
+def planned_settings(scene: Scene, capacity: Capacity) -> Settings | None:
+    """Return what `rehearse` has the operator set on a released machine; None where nothing is to be set.
+
+    Raises
+    ------
+    InputError
+        Where the machine cannot be set to what the scene asks.
+    """
+    pulse = None if capacity.machine is None else scene.pulse()
+    if pulse is None:
+        return None
+    clipped = clip_scene(scene, capacity, pulse)
+    if clipped.given is None:
+        raise InputError(f"scene {scene.name}: {clipped.limits[0].sentence}")
+    return settings_for(scene, capacity, clipped.given)
+
+
+def _check_end(scene: Scene, capacity: Capacity) -> None:
+    """Refuse to be told how a released machine ends its run, where it cannot be told."""
+    machine, table = capacity.machine, scene.table
+    if machine is None:
+        return
+    if table.brake_m_s2 is not None:
+        raise InputError(
+            f"scene {scene.name}: table.brake_m_s2: {capacity.name} is stopped by its {machine.stop_name}, not a brake"
+        )
+    if table.coast_s > 0.0 and not machine.coasts:
+        raise InputError(f"scene {scene.name}: table.coast_s: the stop gap decides how long {capacity.name} slides")
+
+
 def _motion_with_time_to_rest(
     scene: Scene, capacity: Capacity, block: Block, eta: float, tilt: float, pulse: Pulse | None
-) -> Motion:
+) -> TableRun:
     """Return the motion whose return begins when the block is predicted to be at rest, with time to spare."""
     motion = make_motion(scene, capacity, pulse)
-    if pulse is None:
+    if pulse is None or isinstance(motion, ReleasedRun):
         return motion
     # How long the block rocks is asked of a run that waits long enough; where it never rests, the wait is the longest.
-    end = max(phase.end for phase in motion.phases if phase.name in ("pulse", "coast", "brake"))
+    end = motion.shaking_end
     patient = make_motion(scene, capacity, pulse, wait=LONGEST_WAIT)
     still = max(_story(simulate(block, patient, restitution=eta, initial_rotation=tilt)), default=end)
     wait = min(still - end + AFTERWARDS, LONGEST_WAIT)

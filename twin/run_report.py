@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from twin.trips import Trip
+
 LYING = 0.5 * math.pi
 SENSOR_FLOOR = 2e-3
 """A measured rotation up to here may be noise alone, rad."""
@@ -16,16 +18,24 @@ SENSOR_SLACK = 0.01
 
 @dataclass(slots=True)
 class Lateness:
-    """How late the cycles began and how long they took, s."""
+    """How late the cycles began, how long they took, the twin's processor time in them, from SYNC to the answers; s."""
 
     starts: list[float] = field(default_factory=list[float])
     works: list[float] = field(default_factory=list[float])
+    thoughts: list[float] = field(default_factory=list[float])
+    answers: list[float] = field(default_factory=list[float])
 
     def percentiles(self) -> dict[str, float]:
-        """Return p50, p99, p99.9 and the largest of lateness and of working time, in microseconds."""
+        """Return p50, p99, p99.9 and the largest of lateness, work, twin and answer, in microseconds."""
         result: dict[str, float] = {}
-        for name, values in (("lateness", self.starts), ("work", self.works)):
-            data = np.asarray(values if values else [0.0]) * 1e6
+        for name, values in (
+            ("lateness", self.starts),
+            ("work", self.works),
+            ("twin", self.thoughts),
+            ("answer", self.answers),
+        ):
+            known = [value for value in values if not math.isnan(value)]
+            data = np.asarray(known if known else [0.0]) * 1e6
             for label, q in (("p50", 50.0), ("p99", 99.0), ("p999", 99.9), ("max", 100.0)):
                 result[f"{name}_{label}_us"] = round(float(np.percentile(data, q)), 1)
         return result
@@ -36,11 +46,14 @@ class RunReport:
     """What a live run came to.
 
     `stopping` counts the cycles of the way down after a trip. `tripped` says why the run was stopped, None where it was
-    performed to its end. Peaks are largest |rotation|, rad; `largest_difference` is the largest |predicted - measured|
-    while neither block lay on its side, rad. Cycles that were due are `executed` or `missed`; none is run twice.
+    performed to its end; `trips` are all that latched, `advice` what was advised from when on, s. Peaks are largest
+    |rotation|, rad; `largest_difference` is that of |predicted - measured| while neither block lay on its side, rad.
+    Cycles that were due are `executed` or `missed`; none is run twice.
     """
 
     tripped: str | None = None
+    trips: list[Trip] = field(default_factory=list[Trip])
+    advice: list[tuple[float, str]] = field(default_factory=list[tuple[float, str]])
     executed: int = 0
     missed: int = 0
     stopping: int = 0

@@ -5,12 +5,16 @@ from __future__ import annotations
 import tomllib
 from importlib.resources import files
 from pathlib import Path
+from typing import Annotated
 
-from pydantic import PrivateAttr, ValidationError
+from pydantic import Field, PrivateAttr, ValidationError
 
 from excitation import Pulse
 from twin.errors import InputError, did_you_mean, sentence
+from twin.scene_faults import FaultPart
+from twin.scene_notes import NOTES, NotesPart
 from twin.scene_parts import PARTS, BlockPart, Excitation, Part, RecordPart, TablePart, TwinPart
+from twin.scene_trips import TRIPS, TripsPart
 from twin.text_file import read_text
 
 
@@ -22,6 +26,9 @@ class Scene(Part):
     excitation: Excitation
     table: TablePart
     twin: TwinPart = TwinPart()
+    fault: Annotated[tuple[FaultPart, ...], Field(strict=False)] = ()
+    notes: NotesPart = NotesPart()
+    trips: TripsPart = TripsPart()
     _name: str = PrivateAttr("scene")
     _folder: Path = PrivateAttr(Path())
 
@@ -36,7 +43,7 @@ class Scene(Part):
         return self._folder
 
     def pulse(self) -> Pulse | None:
-        """Return the excitation asked for, in SI units; None where nothing shakes.
+        """Return the excitation asked for, in SI units, times the table's gain; None where nothing shakes.
 
         Raises
         ------
@@ -44,7 +51,8 @@ class Scene(Part):
             Where its numbers or its file cannot be used.
         """
         try:
-            return self.excitation.pulse(self.block.gravity_m_s2, self._folder)
+            pulse = self.excitation.pulse(self.block.gravity_m_s2, self._folder)
+            return pulse if pulse is None or self.table.gain == 1.0 else pulse.scaled(self.table.gain)
         except ValidationError as error:
             raise InputError(sentence(error, f"scene {self._name}: excitation", _keys_at)) from None
         except InputError:
@@ -56,6 +64,17 @@ class Scene(Part):
         """Return this scene shaken by a record file instead; `path` starts at the working folder."""
         record = RecordPart(kind="record", path=str(path.absolute()), scale=scale)
         return _placed(self.model_copy(update={"excitation": record}), self._name, self._folder)
+
+    def with_faults(self, faults: list[FaultPart]) -> Scene:
+        """Return this scene with more faults."""
+        return _placed(self.model_copy(update={"fault": (*self.fault, *faults)}), self._name, self._folder)
+
+    def with_gain(self, gain: float) -> Scene:
+        """Return this scene with its whole pulse scaled by `gain`, above 0 and at most 1; raises `InputError`."""
+        if not 0.0 < gain <= 1.0:
+            raise InputError(f"--gain is {gain:g}; it must be above 0 and at most 1")
+        table = self.table.model_copy(update={"gain": gain})
+        return _placed(self.model_copy(update={"table": table}), self._name, self._folder)
 
 
 def shipped_scenes() -> dict[str, str]:
@@ -114,5 +133,7 @@ def _placed(scene: Scene, name: str, folder: Path) -> Scene:
 
 def _keys_at(place: tuple[str | int, ...]) -> list[str]:
     """Return the keys known at the place of an unknown one."""
-    model = PARTS.get(str(place[-2]), Scene) if len(place) > 1 else Scene
+    # Of a list of tables the place says which one.
+    tables = [name for name in place[:-1] if isinstance(name, str)]
+    model = {**PARTS, **NOTES, **TRIPS, "fault": FaultPart}.get(tables[-1], Scene) if tables else Scene
     return list(model.model_fields)

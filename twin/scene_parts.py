@@ -145,25 +145,31 @@ class SpecimenPart(Part):
 
 
 class TablePart(Part):
-    """`[table]`: which table, and how the run around the pulse is made."""
+    """`[table]`: which table, and how the run around the pulse is made; `gain` scales the whole pulse."""
 
     device: str
     capacity_file: str | None = None
     brake_m_s2: Positive | None = None
     coast_s: Annotated[float, Field(ge=0, le=60)] = 0.0
     settle_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
+    gain: Annotated[float, Field(gt=0, le=1)] = 1.0
     seed: Annotated[int, Field(ge=0)] = 1
     specimen: SpecimenPart = SpecimenPart()
 
 
 class TwinPart(Part):
-    """`[twin]`: the live cycle, its trips, and the spreads (one standard deviation) of what is not known exactly."""
+    """`[twin]`: the live cycle, and the spreads (one standard deviation) of what is not known exactly.
+
+    `rotation_noise_rad` is that of one reading of the specimen's sensor, as the observer takes it. `forecast = false`
+    leaves observer and forecast out of the cycle.
+    """
 
     cycle_hz: Annotated[float, Field(ge=250, le=2000)] = 1000.0
-    following_error_mm: Positive = 20.0
     restitution_spread: NotNegative = 0.01
     slenderness_spread_percent: NotNegative = 0.5
     initial_tilt_spread_deg: NotNegative = 0.1
+    rotation_noise_rad: Positive = 1e-3
+    forecast: bool = True
     futures: Annotated[int, Field(ge=1, le=100_000)] = 200
     seed: Annotated[int, Field(ge=0)] = 1
 

@@ -30,6 +30,7 @@ class Specimen:
         self._restitution = restitution
         self._initial_rotation = initial_rotation
         self._holds = held and initial_rotation != 0.0
+        self._push = 0.0
         self.set_up()
 
     def set_up(self) -> None:
@@ -39,8 +40,19 @@ class Specimen:
 
     def __call__(self, duration: float, start_acceleration: float, end_acceleration: float) -> float:
         if not self._held:
-            self._tracked.advance(duration, start_acceleration, end_acceleration)
+            push = self._push / duration
+            self._push = 0.0
+            self._tracked.advance(duration, start_acceleration + push, end_acceleration + push)
         return self._tracked.rotation
+
+    def push(self, change: float) -> None:
+        """Let somebody push the block in its next step: a blow at its centre that changes its rate by `change`, rad/s.
+
+        A blow J at the centre is what a base acceleration of integral -J / m does (in I theta'' the same lever arm), so
+        that I dtheta' = J R cos(alpha): near rest, and less what its weight takes meanwhile.
+        """
+        block = self._block
+        self._push = -change * block.gravity / (block.frequency_parameter**2 * math.cos(block.slenderness))
 
     @property
     def rotation(self) -> float:

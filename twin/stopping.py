@@ -14,8 +14,8 @@ STOPPING_SHARE = 0.5
 def stop_deceleration(scene: Scene, capacity: Capacity | None) -> float:
     """Return the deceleration of a quick stop, m/s2: half of g tan(alpha), or the table's acceleration where less.
 
-    A drive takes a steeper one by itself where the stroke left is too short for it. Emulated drives are given this
-    number. In a real drive it is object 6085, which is not written yet: its own setting holds, and is to be checked.
+    A drive takes a steeper one by itself where the stroke left is too short for it. It is object
+    6085 of the drive, which the host writes as it opens the table; an emulated drive is given it from the start.
 
     Examples
     --------
@@ -29,5 +29,10 @@ def stop_deceleration(scene: Scene, capacity: Capacity | None) -> float:
 
 
 def longest_stop(scene: Scene, capacity: Capacity) -> float:
-    """Return the time no quick stop of the emulated drive exceeds, s: from the speed that takes the whole stroke."""
+    """Return the time no quick stop of the emulated drive exceeds, s: from the speed that takes the whole stroke.
+
+    A released machine is waited for until friction and end stop have stopped it.
+    """
+    if capacity.machine is not None:
+        return capacity.machine.longest_stop(capacity.velocity, capacity.stroke)
     return math.sqrt(2.0 * capacity.stroke / stop_deceleration(scene, capacity))

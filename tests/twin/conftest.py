@@ -14,12 +14,14 @@ from devices.catalogue import find_device
 from devices.cia402.master import Cia402Table
 from devices.clock import Clock, ManualClock
 from twin.commands.connection import connect
-from twin.commands.replay import live_twin
+from twin.commands.outlook import twin_of_run
 from twin.cycle import CycleRecord, Event, Missed
 from twin.live import perform
+from twin.live_loop import Ends, Watch
 from twin.rehearsal import Rehearsal, rehearse
 from twin.run_report import RunReport
 from twin.scene import Scene, parse_scene
+from twin.scene_trips import FollowingErrorTrip
 
 SHORT = """
 title = "a quick one"
@@ -71,31 +73,37 @@ _channels = itertools.count()
 
 
 @contextmanager
-def chain(scene: Scene) -> Iterator[tuple[Cia402Table, Callable[[], None], Rehearsal]]:
-    """Open the scene's emulated table on a virtual bus of its own."""
+def chain(scene: Scene, clock: Clock | None = None) -> Iterator[tuple[Cia402Table, Callable[[], None], Rehearsal]]:
+    """Open the scene's emulated table on a virtual bus of its own; host and emulator go by `clock`."""
     entry = find_device(scene.table.device)
     options = argparse.Namespace(bus="virtual", channel=f"test-live-{next(_channels)}", bus_option=[])
-    with connect(options, scene, entry, entry.capacity) as link, link.table as table:
+    with connect(options, scene, entry, entry.capacity, clock=clock) as link, link.table as table:
         yield table, link.release, rehearse(scene, entry.capacity)
 
 
 def perform_on(
-    scene: Scene, clock: Clock | None = None, *, stopped: Callable[[], str | None] = lambda: None, limit: float = 0.02
+    scene: Scene,
+    clock: Clock | None = None,
+    *,
+    stopped: Callable[[], Ends | None] = lambda: None,
+    limit: float | None = None,
 ) -> tuple[RunReport, Kept]:
     """Perform a scene on a manual clock; return the report and everything the sink took."""
-    kept = Kept()
-    with chain(scene) as (table, release, rehearsal):
+    kept, clock = Kept(), clock or ManualClock()
+    trips = scene.trips
+    if limit is not None:
+        trips = trips.model_copy(update={"following_error": FollowingErrorTrip(limit_mm=1e3 * limit)})
+    with chain(scene, clock) as (table, release, rehearsal):
         table.enable(0.0)
         report = perform(
             table,
             rehearsal.motion,
-            live_twin(scene),
+            twin_of_run(rehearsal),
             kept,
-            clock or ManualClock(),
-            following_error=limit,
+            clock,
+            trips=trips,
             after=rehearsal.after,
-            release=release,
-            stopped=stopped,
+            watch=Watch(stopped=stopped, release=release),
         )
     return report, kept
 

@@ -11,6 +11,7 @@ from devices.clock import ManualClock
 from tests.twin.conftest import FREE, Kept, chain, perform_on, short_scene
 from twin.commands.replay import live_twin
 from twin.live import perform
+from twin.live_loop import Ends, Status, Watch
 from twin.rocking.response import Outcome
 from twin.run_report import RunReport
 from twin.scene import Scene
@@ -107,7 +108,7 @@ def test_free_rocking_starts_with_the_first_cycle() -> None:
 
 
 def test_the_operator_stops_it() -> None:
-    asked = iter([None] * 900 + ["operator: stop was asked"] * 10_000)
+    asked = iter([None] * 900 + [Ends("operator", "stop was asked")] * 10_000)
     report, kept = perform_on(short_scene(), stopped=lambda: next(asked))
     assert report.tripped == "operator: stop was asked"
     assert [event.name for event in kept.events][-1] == "stopped"
@@ -121,8 +122,8 @@ def test_the_operator_stops_it() -> None:
 def test_a_table_that_does_not_follow_trips() -> None:
     report, kept = perform_on(short_scene(), limit=1e-4)
     assert report.tripped is not None
-    assert report.tripped.startswith("following error: the table is")
-    assert "the limit is 0.10 mm" in report.tripped
+    assert report.tripped.startswith("following_error: the table is")
+    assert "the limit is 0.1 mm" in report.tripped
     assert [event.name for event in kept.events][-2:] == ["trip", "stopped"]
 
 
@@ -134,8 +135,8 @@ def test_a_silent_table_trips_and_says_that_it_could_not_be_stopped() -> None:
         link = table._link  # pyright: ignore[reportPrivateUsage]
         serviced = link._idle  # pyright: ignore[reportPrivateUsage]
 
-        def progress(time: float, predicted: float, measured: float) -> None:
-            link._idle = (lambda: None) if time > 0.1 else serviced  # pyright: ignore[reportPrivateUsage]
+        def progress(status: Status) -> None:
+            link._idle = (lambda: None) if status.time > 0.1 else serviced  # pyright: ignore[reportPrivateUsage]
 
         report = perform(
             table,
@@ -143,13 +144,11 @@ def test_a_silent_table_trips_and_says_that_it_could_not_be_stopped() -> None:
             live_twin(scene),
             kept,
             ManualClock(),
-            following_error=0.02,
-            release=release,
-            progress=progress,
+            watch=Watch(release=release, progress=progress),
         )
         link._idle = serviced  # pyright: ignore[reportPrivateUsage]
     assert report.tripped is not None
-    assert report.tripped.startswith("DeviceTimeout")
+    assert report.tripped.startswith("connection: DeviceTimeout")
     assert "trip" in [event.name for event in kept.events]
 
 
@@ -171,5 +170,7 @@ def test_equal_seeds_give_equal_runs(performed: Performed) -> None:
 def test_percentiles_are_of_the_cycles(performed: Performed) -> None:
     _, report, _ = performed
     numbers = report.timing.percentiles()
-    assert set(numbers) == {f"{what}_{q}_us" for what in ("lateness", "work") for q in ("p50", "p99", "p999", "max")}
+    assert set(numbers) == {
+        f"{what}_{q}_us" for what in ("lateness", "work", "twin", "answer") for q in ("p50", "p99", "p999", "max")
+    }
     assert numbers["lateness_max_us"] == 0.0

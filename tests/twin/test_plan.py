@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from devices.air_track.capacity import CAPACITY as AIR_TRACK
+from devices.catalogue import find_device
 from devices.quanser_st3.capacity import CAPACITY as ST3
 from excitation import SineWave
 from tests.facts import B6L, BOUNDARIES, LIMIT, P
@@ -50,8 +51,8 @@ def scene_of(text: str):
 
 @pytest.mark.parametrize("name", sorted(shipped_scenes()))
 def test_every_shipped_scene_can_be_run_as_asked_and_stays_up(name: str) -> None:
-    capacity = AIR_TRACK if load_scene(name).table.device == "air_track" else ST3
-    plan = plan_run(load_scene(name), capacity)
+    scene = load_scene(name)
+    plan = plan_run(scene, find_device(scene.table.device).capacity)
     assert plan.feasible
     assert plan.stays_up
     assert plan.futures is not None

@@ -4,22 +4,29 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 
-from devices.catalogue import CatalogueEntry
-from devices.cia402.buses import CanBus, open_bus
+from devices.catalogue import CIA402, CatalogueEntry
+from devices.cia301.buses import CanBus, open_bus
 from devices.cia402.drive import DriveOptions
 from devices.cia402.master import Cia402Table
+from devices.clock import Clock, WallClock
+from devices.emulation import Emulation
 from devices.errors import BusUnavailable, UnknownDevice
-from devices.quanser_st3.emulator import EmulatedSt3
+from devices.faults.fault import Side
+from devices.faults.injector import Injector
+from devices.quanser_st3.hil_table import HilTable
+from devices.released_table import ReleasedTable
 from excitation import Capacity
-from twin.commands.inputs import device_of
+from twin.commands.drivers import check_driver, driver_of, open_driven
+from twin.commands.injection import Injection, injector_for, refuse_faults
+from twin.commands.inputs import device_of, emulator_numbers
 from twin.errors import InputError, did_you_mean
+from twin.rehearsal import planned_settings
 from twin.scene import Scene
 from twin.specimen import Specimen, specimen_of
 from twin.stopping import longest_stop, stop_deceleration
@@ -33,10 +40,13 @@ RESERVED = ("interface", "bustype", "channel", "ignore_config", "config_context"
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """An opened table, and how the specimen on it is let go."""
+    """An opened table, how its specimen is let go, the scene's faults for the live loop, its clock, and its bus."""
 
-    table: Cia402Table
+    table: Cia402Table | ReleasedTable | HilTable
     release: Callable[[], None]
+    faults: Injection
+    clock: Clock
+    bus: CanBus | None = None
 
     def frames(self) -> str:
         """Return what was heard on the bus that was no answer."""
@@ -45,33 +55,68 @@ class Connection:
 
 @contextmanager
 def connect(
-    options: argparse.Namespace, scene: Scene, entry: CatalogueEntry, capacity: Capacity
+    options: argparse.Namespace,
+    scene: Scene,
+    entry: CatalogueEntry,
+    capacity: Capacity,
+    *,
+    clock: Clock | None = None,
+    empty: bool = False,
+    payload: float | None = None,
 ) -> Generator[Connection]:
-    """Open the table; raises `InputError` where it cannot be had, before anything moves."""
+    """Open the table; raises `InputError` where it cannot be had, before anything moves.
+
+    `clock` is that of host and emulator, the wall clock unless told. `empty` leaves the specimen off an emulated table,
+    and its sensor unheard on any; `payload`, kg, is what an emulated table carries, the block's mass unless told.
+    """
     cycle_time = 1.0 / scene.twin.cycle_hz
     with ExitStack() as stack:
+        if driver_of(options) != CIA402:
+            board = open_driven(options, scene, entry, capacity, clock)
+            stack.callback(board.close)
+            yield Connection(board, _nothing, Injection(None, board.clock), board.clock)
+            return
         idle: Callable[[], None] | None = None
         release: Callable[[], None] = _nothing
         channel = None
+        sides: tuple[Side, ...] = ("host", "emulator") if options.bus == "virtual" else ("host",)
+        injector = injector_for(scene, clock, *sides)
         if options.bus == "virtual":
             channel = f"twin-{os.getpid()}"
-            specimen = specimen_of(scene)
+            specimen = None if empty else specimen_of(scene)
             other = stack.enter_context(bus_of(options, channel))
-            # Host and drive run on one thread: where the computer stalls both do, and neither lost the other.
-            emulator = emulate(entry, other, scene, capacity, specimen, shared_clock=True)
-            idle, release = emulator.service, specimen.release
+            emulator = emulate(
+                entry,
+                other,
+                scene,
+                capacity,
+                specimen,
+                shared_clock=True,
+                clock=clock,
+                injector=injector,
+                payload=payload,
+            )
+            idle = emulator.service
+            if specimen is not None:
+                release = specimen.release
         bus = stack.enter_context(bus_of(options, channel))
+        if injector is not None:
+            bus = injector.host_bus(bus, lambda: stack.enter_context(bus_of(options, channel)))
         try:
             table = entry.open_table(
                 bus,
                 capacity=capacity,
                 cycle_time=cycle_time,
+                clock=clock,
                 idle=idle,
+                rotation=not empty,
                 state_limit=max(3.0, 1.0 + longest_stop(scene, capacity)),
+                stop_deceleration=stop_deceleration(scene, capacity),
+                following_error=scene.trips.following_error.limit_mm / 1e3,
             )
         except BusUnavailable as error:
             raise InputError(str(error)) from None
-        yield Connection(table, release)
+        yield Connection(table, release, Injection(injector, clock), clock or WallClock(), bus)
 
 
 def emulate(
@@ -79,26 +124,45 @@ def emulate(
     bus: CanBus,
     scene: Scene,
     capacity: Capacity,
-    specimen: Specimen,
+    specimen: Specimen | None,
     *,
     shared_clock: bool = False,
-) -> EmulatedSt3:
+    clock: Clock | None = None,
+    injector: Injector | None = None,
+    payload: float | None = None,
+) -> Emulation:
     """Return the scene's emulated table with its specimen, on a bus; `shared_clock` where the host is on this thread.
 
-    Its quick stop is the scene's, as if object 6085 had been written. A drive in a process of its own has a clock of
-    its own and stops after 20 ms without its host, as a real one does.
+    Host and drive then stand still together where the computer stalls, and neither lost the other. A drive in a process
+    of its own has a clock of its own and stops after 20 ms without its host, as a real one does; so does one with
+    faults. Its quick stop is the scene's, as if object 6085 had been written. A released machine is set as planned.
     """
-    return entry.emulator(
-        bus,
+    own: dict[str, object] = {}
+    if (numbers := emulator_numbers(scene)) is not None:
+        own["parameters"] = numbers
+    together = shared_clock and injector is None
+    if capacity.machine is None:
+        own["options"] = DriveOptions(stop_deceleration=stop_deceleration(scene, capacity), shared_clock=together)
+    else:
+        own |= {"settings": planned_settings(scene, capacity), "shared_clock": together}
+    emulator = entry.emulator(
+        bus if injector is None else injector.node_bus(bus),
         rng=np.random.default_rng(scene.table.seed),
         specimen=specimen,
-        set_up=specimen.set_up,
-        options=DriveOptions(stop_deceleration=stop_deceleration(scene, capacity), shared_clock=shared_clock),
+        set_up=None if specimen is None else specimen.set_up,
         capacity=capacity,
         cycle_time=1.0 / scene.twin.cycle_hz,
-        initial_rotation=specimen.rotation,
+        clock=clock,
+        initial_rotation=0.0 if specimen is None else specimen.rotation,
         rotation_noise=scene.table.specimen.rotation_noise_rad,
+        payload=(scene.block.mass_kg or 0.0) if payload is None else payload,
+        **own,
     )
+    if injector is not None:
+        injector.take_over(emulator, host_here=shared_clock)
+        if specimen is not None:
+            injector.when("specimen_pushed", lambda fault: specimen.push(fault.magnitude))
+    return emulator
 
 
 def emulated(scene: Scene) -> CatalogueEntry:
@@ -112,8 +176,13 @@ def emulated(scene: Scene) -> CatalogueEntry:
 
 
 def device_for(options: argparse.Namespace, scene: Scene) -> CatalogueEntry:
-    """Return the device of `--device`; raises `InputError`. A real one is still to be confirmed: `confirm`."""
+    """Return the device of `--device`; raises `InputError`. A real one is still to be armed."""
     if options.device == EMULATOR:
+        if driver_of(options) != CIA402:
+            raise InputError(
+                f"--driver {driver_of(options)} is for a real table, the emulator speaks {CIA402}: "
+                f"name the table with --device {scene.table.device}"
+            )
         if options.bus not in LOCAL_BUSES:
             raise InputError(
                 f"--bus {options.bus} may have a real table on it: name the table with --device {scene.table.device}"
@@ -129,27 +198,14 @@ def device_for(options: argparse.Namespace, scene: Scene) -> CatalogueEntry:
         raise InputError(
             f"no device named {options.device!r} for this scene{did_you_mean(options.device, (EMULATOR, entry.name))}"
         )
+    refuse_faults(scene, entry.name)
     if not entry.has_driver:
         raise InputError(f"{entry.name} has no driver yet; it can only be planned for")
-    if options.bus == "virtual":
+    if driver_of(options) != CIA402:
+        check_driver(options, scene, entry)
+    elif options.bus == "virtual":
         raise InputError(f"--device {entry.name} needs the bus it is on: give --bus (and --channel)")
     return entry
-
-
-def confirm(entry: CatalogueEntry, options: argparse.Namespace) -> None:
-    """Ask for a real device's name, typed, after the operator has read what is about to happen; anything else is no.
-
-    An emulator needs no confirmation. The question goes to stderr, so that it is seen where stdout is not.
-    """
-    if options.device == EMULATOR:
-        return
-    name = entry.name
-    if not sys.stdin.isatty():
-        raise InputError(f"--device {name} moves a real table: it is confirmed at a terminal, which this is not")
-    question = f"This moves the real table {name}. Stand clear, hand on the emergency stop. Type its name to go on: "
-    print(question, end="", file=sys.stderr, flush=True)
-    if sys.stdin.readline().strip() != name:
-        raise InputError(f"--device {name} was not confirmed: nothing moved")
 
 
 def bus_of(options: argparse.Namespace, channel: str | None = None) -> CanBus:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
 
-from devices.capacity_file import load_capacity
+from devices.capacity_file import load_capacity, load_own_tables
 from devices.catalogue import CatalogueEntry, find_device
 from devices.errors import UnknownDevice
+from devices.own_table import OwnNumbers
 from excitation import Capacity
 from twin.errors import InputError
 from twin.scene import Scene, load_scene
@@ -36,13 +39,50 @@ def device_of(scene: Scene) -> CatalogueEntry:
 
 def capacity_for(scene: Scene) -> Capacity:
     """Return the capacity of the scene's table: its own file's, or the device's; raises `InputError`."""
-    known = device_of(scene).capacity
+    device = device_of(scene)
     if scene.table.capacity_file is None:
-        return known
-    path = scene.folder / scene.table.capacity_file
+        return _placed(device.capacity, scene)
+    with _file_of(scene) as text:
+        return _placed(load_capacity(text, device.machine), scene)
+
+
+def own_tables(scene: Scene) -> Mapping[str, Mapping[str, object]]:
+    """Return what the scene's capacity file says beside the capacity; empty without one. Raises `InputError`."""
+    if scene.table.capacity_file is None:
+        return {}
+    with _file_of(scene) as text:
+        return load_own_tables(text)
+
+
+def emulator_numbers(scene: Scene) -> OwnNumbers | None:
+    """Return what the scene's emulated table is made of; None where its emulator has nothing to set.
+
+    Raises
+    ------
+    InputError
+        Where the table `[emulator]` of its capacity file makes no sense.
+    """
+    table = own_tables(scene).get("emulator", {})
     try:
-        return load_capacity(read_text(path))
+        return device_of(scene).parameters(table)
+    except ValueError as error:
+        raise InputError(f"{scene.folder / (scene.table.capacity_file or '')}: {error}") from None
+
+
+@contextmanager
+def _file_of(scene: Scene) -> Generator[str]:
+    """Hand out the text of the scene's capacity file; what is wrong with it is one sentence with its name."""
+    path = scene.folder / (scene.table.capacity_file or "")
+    try:
+        yield read_text(path)
     except InputError:
         raise
     except ValueError as error:
         raise InputError(f"{path}: {error}") from None
+
+
+def _placed(capacity: Capacity, scene: Scene) -> Capacity:
+    """Return the capacity where the scene is: a mass falls with its gravity."""
+    if capacity.machine is None:
+        return capacity
+    return capacity.model_copy(update={"machine": capacity.machine.in_gravity(scene.block.gravity_m_s2)})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 import sys
 import threading
 from collections.abc import Generator
@@ -11,6 +12,7 @@ from types import TracebackType
 from typing import Self
 
 from devices.scheduling import PRIORITY, real_time
+from twin.live_loop import Status
 
 INTERVAL = 0.1
 """Time between two lines, s."""
@@ -38,22 +40,22 @@ def compiling(*, quiet: bool = False) -> Generator[None]:
 
 
 class Progress:
-    """Time, prediction and measurement while a run lasts; says nothing where stderr is no terminal or `quiet` is set.
+    """A line with what matters while a run lasts; says nothing where stderr is no terminal or `quiet` is set.
 
-    `show` only stores three numbers: call it from the cycle.
+    `show` only keeps what it is given: call it from the cycle.
     """
 
     def __init__(self, end: float, *, quiet: bool = False) -> None:
         self._end = end
-        self._latest: tuple[float, float, float] | None = None
+        self._latest: Status | None = None
         self._over = threading.Event()
         self._thread: threading.Thread | None = None
         if not quiet and sys.stderr.isatty():
             self._thread = threading.Thread(target=self._draw, name="progress", daemon=True)
 
-    def show(self, time: float, predicted: float, measured: float) -> None:
-        """Take the newest cycle: time s, rotations rad."""
-        self._latest = (time, predicted, measured)
+    def show(self, status: Status) -> None:
+        """Take the newest cycle."""
+        self._latest = status
 
     def __enter__(self) -> Self:
         if self._thread is not None:
@@ -78,10 +80,23 @@ class Progress:
         while not self._over.wait(INTERVAL):
             if self._latest is None:
                 continue
-            time, predicted, measured = self._latest
-            done = min(1.0, time / self._end) if self._end > 0.0 else 1.0
-            bar = "#" * round(20 * done)
-            seen = "  no sensor" if math.isnan(measured) else f"{measured:+9.4f}"
-            now = f"[{bar:<20}] {time:6.2f} / {self._end:.2f} s"
-            sys.stderr.write(f"\r\x1b[K{now}   predicted {predicted:+8.4f} rad   measured {seen} rad")
+            line = status_line(self._latest, self._end)
+            width = shutil.get_terminal_size().columns - 1
+            sys.stderr.write(f"\r\x1b[K{line[:width]}")
             sys.stderr.flush()
+
+
+def status_line(status: Status, end: float) -> str:
+    """Return time, phase, rotations predicted and measured, rad, outlook, cycles missed, and the first trip.
+
+    The margin is the forecast's: 1 is at rest, 0 on the barrier, negative overturns.
+    """
+    done = min(1.0, status.time / end) if end > 0.0 else 1.0
+    seen = "no sensor" if math.isnan(status.measured) else f"{status.measured:+.4f}"
+    line = f"[{'#' * round(10 * done):<10}] {status.time:6.2f}/{end:.1f} s {status.phase:<8}"
+    line += f" {status.predicted:+.4f} predicted {seen} measured"
+    if status.forecast is not None:
+        on = status.forecast.going_on
+        line += f" | {on.outcome.value} margin {on.margin:+.2f} falls {on.probability:.0%}: {status.forecast.advice}"
+    line += f" | {status.missed} missed"
+    return line if status.trip is None else f"{line} | TRIP {status.trip}"

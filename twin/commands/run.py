@@ -4,43 +4,55 @@ from __future__ import annotations
 
 import argparse
 import json
-import signal
 import sys
-from collections.abc import Callable, Generator
-from contextlib import ExitStack, contextmanager
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
 from datetime import UTC, datetime
 from pathlib import Path
 
-from devices.clock import WallClock
+from devices.clock import ManualClock
 from devices.errors import DeviceError
 from devices.positioning import bring_to, distance_to
-from devices.scheduling import real_time
+from devices.scheduling import locked_memory, real_time
+from recordings.can_traffic import CanTap
 from recordings.errors import RecordingError
+from recordings.foreseen import FORESIGHT_METADATA, foresight_metadata
 from recordings.geometry import Geometry
 from recordings.live_view import LiveView
 from recordings.recorder import Recorder
-from twin.commands.connection import Connection, confirm, connect, device_for
-from twin.commands.inputs import capacity_for, scene_of
+from twin.commands.arming import check_arming, confirm, dry_run, outlives, staged
+from twin.commands.connection import EMULATOR, Connection, connect, device_for
+from twin.commands.emulator_words import emulator_data, emulator_lines
+from twin.commands.injection import with_asked_faults
+from twin.commands.inputs import capacity_for, emulator_numbers
+from twin.commands.latch import latch, operator_name, reset
+from twin.commands.operator import interruptible
+from twin.commands.outlook import table_loop, twin_of_run
 from twin.commands.progress import Progress, compiling
-from twin.commands.replay import live_twin
+from twin.commands.run_metadata import node_answers
 from twin.commands.run_words import after, as_data, before, closing, opening
-from twin.cycle import Sink, Tee
+from twin.commands.tuned_run import TunedRun, reproduced, tuned_run
+from twin.cycle import Event, Sink, Tee
 from twin.errors import InputError
+from twin.forecast.forecast import warm_up as warm_up_forecast
 from twin.live import perform
+from twin.live_loop import Ends, Watch
 from twin.rehearsal import Rehearsal, rehearse
 from twin.rocking.track import warm_up
 from twin.run_report import RunReport
 from twin.scene import Scene
 from twin.stopping import stop_deceleration
-
-STOP_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
-"""Ctrl-C, a polite kill, a closed terminal (POSIX, Windows): each is a controlled stop while the table is ours."""
+from twin.tuning.play import Measured
+from twin.tuning.report import errors_line, reproduction_data
 
 
 def run(options: argparse.Namespace) -> int:
     """Perform the scene; 0 performed and recorded, 1 tripped or not recorded whole."""
-    scene = scene_of(options)
+    elsewhere = options.device == EMULATOR and options.bus != "virtual"
+    scene = with_asked_faults(staged(options), options, "host" if elsewhere else None)
     entry = device_for(options, scene)
+    check_arming(options, entry)
     capacity = capacity_for(scene)
     path = options.out or Path("runs") / f"{scene.name}-{datetime.now(UTC):%Y%m%dT%H%M%S}.mcap"
     if path.suffix.lower() != ".mcap":
@@ -48,32 +60,61 @@ def run(options: argparse.Namespace) -> int:
     with compiling(quiet=options.json):
         rehearsal = rehearse(scene, capacity)
         warm_up()
+        warm_up_forecast()
+    tuned = tuned_run(options, entry, rehearsal)
+    numbers = emulator_numbers(scene) if options.device == EMULATOR else None
     # What is about to happen is read before it is agreed to.
-    print("\n".join(before(scene, rehearsal)), file=sys.stderr if options.json else sys.stdout, flush=True)
+    expected = "\n".join([*before(scene, rehearsal), *emulator_lines(numbers, scene, capacity), *tuned.lines])
+    print(expected, file=sys.stderr if options.json else sys.stdout, flush=True)
+    if dry_run(entry, options):
+        return 0
     confirm(entry, options)
-    metadata = opening(scene, rehearsal, options)
+    acknowledged = reset(entry.name, options.operator or operator_name()) if options.reset else None
+    metadata = {**opening(scene, rehearsal, options), "tuned": tuned.data, "emulator": emulator_data(numbers)}
     geometry = Geometry(rehearsal.block.width, rehearsal.block.height)
     try:
         with ExitStack() as stack:
-            link = stack.enter_context(connect(options, scene, entry, capacity))
+            clock = ManualClock() if options.fast else None
+            link = stack.enter_context(connect(options, scene, entry, capacity, clock=clock))
+            metadata["device_answers"] = node_answers(link.table)
+            if scene.twin.forecast:
+                loop = table_loop(scene, tuned=tuned.targets is not None)
+                metadata[FORESIGHT_METADATA] = foresight_metadata(loop, capacity.stroke, capacity.acceleration)
             recorder = Recorder(path, metadata, geometry)
             stack.callback(recorder.finish)
-            sink: Sink = recorder
+            if options.can_traffic and link.bus is not None:
+                link.bus.tap = CanTap(recorder)
+            measured = Measured()
+            sink: Sink = Tee(recorder, measured)
             if options.view:
                 viewer = LiveView(metadata, geometry)
                 stack.callback(_end_view, viewer)
-                sink = Tee(recorder, viewer)
-            report = _perform(options, scene, rehearsal, link, sink, lambda: _recorder_trouble(recorder))
-            written = recorder.finish(closing(report, link))
+                sink = Tee(recorder, measured, viewer)
+            if acknowledged is not None:
+                print(f"reset      {acknowledged}", file=sys.stderr)
+                sink.event(Event(0.0, time.time_ns(), "warning", "reset", acknowledged))
+            report = _perform(options, scene, rehearsal, tuned, link, sink, lambda: _recorder_trouble(recorder))
+            achieved = reproduced(rehearsal, measured) if report.tripped is None else None
+            end = closing(report, link)
+            if achieved is not None:
+                end["reproduction"] = {name: str(value) for name, value in reproduction_data(achieved).items()}
+            written = recorder.finish(end)
     except RecordingError as error:
         raise InputError(str(error)) from None
     except DeviceError as error:
         raise InputError(f"{scene.table.device}: {error}") from None
+    if report.tripped is not None and outlives(options):
+        latch(entry.name, report.tripped, path)
     if not options.json:
-        print("\n".join(after(report, written)), flush=True)
+        lines = after(report, written)
+        if achieved is not None:
+            lines.append(f"table      {errors_line(achieved)}")
+        print("\n".join(lines), flush=True)
     rrd = None if options.no_rrd else _rrd(path)
     if options.json:
-        print(json.dumps(as_data(scene, report, written, rrd), indent=2, allow_nan=False))
+        said = {**as_data(scene, report, written, rrd), "tuned": tuned.data}
+        said["reproduction"] = None if achieved is None else reproduction_data(achieved)
+        print(json.dumps(said, indent=2, allow_nan=False))
     elif rrd is not None:
         print(f"rerun      {rrd}")
     return 0 if report.tripped is None and written.complete else 1
@@ -83,39 +124,55 @@ def _perform(
     options: argparse.Namespace,
     scene: Scene,
     rehearsal: Rehearsal,
+    tuned: TunedRun,
     link: Connection,
     sink: Sink,
-    trouble: Callable[[], str | None],
+    trouble: Callable[[], Ends | None],
 ) -> RunReport:
     report = RunReport()
-    with _interruptible() as interrupted:
+    clock = link.faults.clock
+    with interruptible() as operator:
         try:
             with link.table as table:
+                tuned.check(table)
                 if options.reset:
                     table.reset_fault()
                 start = rehearsal.motion.displacement(0.0)
                 if distance_to(table, start):
                     print(f"moving     from {table.position * 1e3:.1f} mm to the start of the run", file=sys.stderr)
                 gentle = stop_deceleration(scene, rehearsal.capacity)
-                if not bring_to(table, start, gentle, WallClock(), stopped=lambda: interrupted() is not None):
-                    report.tripped = interrupted() or "operator: stop was asked"
+                if not bring_to(table, start, gentle, link.clock, stopped=lambda: operator.stopped() is not None):
+                    report.tripped = operator.words()
                     return report
-                table.enable(start)
                 length = rehearsal.motion.duration + rehearsal.after
-                with Progress(length, quiet=options.json) as progress, real_time() as scheduling:
+                # Whatever takes time comes before the power: an enabled drive misses its host within half a second.
+                twin = twin_of_run(rehearsal, tuned=tuned.targets is not None)
+                targets = link.faults.targets(rehearsal, tuned.targets)
+                link.faults.announce(sink)
+                with (
+                    Progress(length, quiet=options.json) as progress,
+                    locked_memory() as memory,
+                    real_time() as scheduling,
+                ):
+                    watch = Watch(
+                        stopped=lambda: operator.stopped() or trouble() or link.faults.stopped(),
+                        cut=operator.cut,
+                        release=link.release,
+                        progress=progress.show,
+                    )
+                    table.enable(start)
                     report = perform(
                         table,
                         rehearsal.motion,
-                        live_twin(scene),
+                        twin,
                         sink,
-                        WallClock(),
-                        following_error=scene.twin.following_error_mm / 1e3,
+                        clock,
+                        trips=scene.trips,
                         after=rehearsal.after,
-                        release=link.release,
-                        stopped=lambda: interrupted() or trouble(),
-                        progress=progress.show,
+                        targets=targets,
+                        watch=watch,
                     )
-                report.scheduling = scheduling
+                report.scheduling = "simulated time" if options.fast else f"{scheduling}; {memory}"
                 if report.tripped is None:
                     table.disable()
         except DeviceError as error:
@@ -126,28 +183,9 @@ def _perform(
     return report
 
 
-@contextmanager
-def _interruptible() -> Generator[Callable[[], str | None]]:
-    """Turn the signals that end a program into a controlled stop: the cycle asks, and is never broken off."""
-    asked: list[str] = []
-
-    def ask(number: int, _: object) -> None:
-        asked.append(f"operator: stop was asked ({signal.Signals(number).name})")
-
-    numbers = [getattr(signal, name) for name in STOP_SIGNALS if hasattr(signal, name)]
-    before = {number: signal.signal(number, ask) for number in numbers}
-    try:
-        yield lambda: asked[0] if asked else None
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-def _recorder_trouble(recorder: Recorder) -> str | None:
+def _recorder_trouble(recorder: Recorder) -> Ends | None:
     """Return why a run must not go on unrecorded; None while it is recorded."""
-    if recorder.alive:
-        return None
-    return f"recorder: {recorder.failure or 'it is gone'}"
+    return None if recorder.alive else Ends("recorder", recorder.failure or "it is gone")
 
 
 def _end_view(viewer: LiveView) -> None:

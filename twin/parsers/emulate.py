@@ -15,3 +15,4 @@ def add(commands: arguments.Commands) -> None:
     )
     arguments.scene(parser)
     arguments.bus(parser, "udp_multicast")
+    arguments.faults(parser)

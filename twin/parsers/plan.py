@@ -17,4 +17,5 @@ def add(commands: arguments.Commands) -> None:
         "pulse, or the block falls, 2 bad input",
     )
     arguments.scene(parser)
+    arguments.tuned(parser)
     parser.add_argument("--out", type=Path, metavar="PLAN.png", help="draw the plan (.png, .svg or .pdf)")

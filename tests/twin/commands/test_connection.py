@@ -11,10 +11,10 @@ from contextlib import contextmanager
 import pytest
 
 from devices.catalogue import find_device
-from devices.cia402.buses import open_bus
+from devices.cia301.buses import open_bus
 from devices.quanser_st3.capacity import CAPACITY
 from devices.quanser_st3.emulator import EmulatedSt3
-from devices.table import Sample
+from devices.sample import Sample
 from tests.twin.conftest import FREE, SINE, short_scene
 from twin.commands.connection import bus_of, connect, device_for, emulate
 from twin.commands.emulate import run as serve_emulator
@@ -151,7 +151,7 @@ def test_the_emulator_serves_as_the_host_cycles(monkeypatch, capsys: pytest.Capt
     monkeypatch.setattr("twin.commands.emulate.bus_of", lambda _: open_bus("virtual", "served"))
     monkeypatch.setattr(EmulatedSt3, "serve", lambda *_: served.append(bool(inside)))
     monkeypatch.setattr("signal.signal", lambda *_: None)
-    asked = argparse.Namespace(scene="b6l_free", record=None, scale=1.0, bus="udp_multicast", json=True)
+    asked = argparse.Namespace(scene="b6l_free", record=None, scale=1.0, bus="udp_multicast", json=True, fault=[])
     assert serve_emulator(asked) == 0
     assert served == [True]
     assert json.loads(capsys.readouterr().out)["scheduling"] == "as fast as it goes"
