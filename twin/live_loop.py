@@ -159,6 +159,9 @@ class Loop:
     def _judge(self, k: int, answered: float, sample: Sample) -> None:
         if (nonsense := self._sensors.judge(k, answered, sample.position, sample.acceleration)) is not None:
             self._report("sensor", sample.time, nonsense)
+            if self._trips.stopping is not None:
+                # What else this sample would say makes no more sense.
+                return
         seen, foresight = self._seen, self._twin.foresight
         seen.cycle, seen.time = k, sample.time
         seen.command, seen.position, seen.rotation = answered, sample.position, sample.rotation
