@@ -7,6 +7,9 @@ from typing import Protocol
 
 # Sleep ends late by the scheduler's granularity; the last stretch is spun instead (design.md 7).
 SPIN = 300e-6
+# Under real-time scheduling sleep ends on time, and a thread that only spins uses up what Linux grants such threads:
+# 95 % of a second, after which it takes the processor away for the other 50 ms ("RT throttling activated").
+SPIN_IN_REAL_TIME = 60e-6
 
 
 class Clock(Protocol):
@@ -22,7 +25,10 @@ class Clock(Protocol):
 
 
 class WallClock:
-    """The computer's clock: sleeps until 300 us before the moment, then spins."""
+    """The computer's clock: sleeps until `spin` s before the moment, then spins."""
+
+    def __init__(self, spin: float = SPIN) -> None:
+        self.spin = spin
 
     def now(self) -> float:
         """Return `time.perf_counter()`, s."""
@@ -30,7 +36,7 @@ class WallClock:
 
     def wait_until(self, moment: float) -> float:
         """Wait for `moment`, s; return how late it became, s."""
-        ahead = moment - time.perf_counter() - SPIN
+        ahead = moment - time.perf_counter() - self.spin
         if ahead > 0.0:
             time.sleep(ahead)
         while (now := time.perf_counter()) < moment:

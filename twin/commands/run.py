@@ -11,7 +11,7 @@ from contextlib import ExitStack
 from datetime import UTC, datetime
 from pathlib import Path
 
-from devices.clock import ManualClock
+from devices.clock import SPIN_IN_REAL_TIME, ManualClock, WallClock
 from devices.errors import DeviceError
 from devices.positioning import bring_to, distance_to
 from devices.scheduling import locked_memory, real_time
@@ -160,6 +160,8 @@ def _perform(
                         release=link.release,
                         progress=progress.show,
                     )
+                    if isinstance(clock, WallClock) and scheduling.startswith("SCHED_FIFO"):
+                        clock.spin = SPIN_IN_REAL_TIME
                     table.enable(start)
                     report = perform(
                         table,
