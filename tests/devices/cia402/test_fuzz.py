@@ -38,6 +38,10 @@ class Watched(Rail):
     def advance(self, setpoint: float) -> None:
         before, h = self.position, self.cycle_time
         super().advance(setpoint)
+        if not self.powered:
+            # Without power no set-point is followed: this rail stands where it was let go, with no ramp of its own.
+            self.speed = 0.0
+            return
         self.steps += 1
         step = self.position - before
         speed = step / h
