@@ -67,7 +67,7 @@ class Host:
     node : int
         The host's own number, under which it beats.
     answers : sequence of int
-        Identifiers of process data that are waited for after a SYNC.
+        Identifiers of process data that are waited for after a SYNC, the one that is always required first.
     own : sequence of int
         Identifiers of process data that the host sends.
 
@@ -78,6 +78,8 @@ class Host:
         First emergency of each node since its last error reset.
     restarted : int or None
         A node that is no longer operational, though it was started.
+    answer_time : float
+        From the last SYNC to the last of its answers, s; NaN before the first.
     other_master : str or None
         What another master was first heard to send.
     """
@@ -104,7 +106,9 @@ class Host:
         self.nodes = tuple(nodes)
         self._clock = clock
         self._idle = idle
+        self.answer_time = math.nan
         self._expected = set(answers)
+        self._first = answers[0] if answers else None
         self._emergencies = {frames.EMCY + number: number for number in nodes}
         self._heartbeats = {frames.HEARTBEAT + number: number for number in nodes}
         requests = [frames.SDO_REQUEST + number for number in nodes]
@@ -116,6 +120,30 @@ class Host:
         self._beat_due = -math.inf
         self._looked = -math.inf
         self._due: dict[int, float] = {}
+
+    def collect(self, time_limit: float, spare: float | None) -> dict[int, bytes]:
+        """Return the answers to the SYNC just sent, by identifier, as far as they come within `time_limit`, s.
+
+        With `spare`, s, the others are waited for no longer than that once the first is there.
+        """
+        answers: dict[int, bytes] = {}
+        sent = self._clock.now()
+        deadline = sent + time_limit
+        wanted = len(self._expected)
+        for _ in range(_FRAMES_AT_ONCE):
+            if (frame := self.next_frame(deadline)) is None:
+                break
+            identifier, data = frame
+            if identifier not in self._expected or identifier in answers:
+                self.sort(identifier, data)
+                continue
+            answers[identifier] = data
+            if len(answers) == wanted:
+                break
+            if spare is not None and identifier == self._first:
+                deadline = sent + spare
+        self.answer_time = self._clock.now() - sent
+        return answers
 
     def start(self) -> None:
         """Tell our nodes, and only ours, to become operational."""

@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     from devices.clock import Clock
     from devices.sensors.reading import SensorReading
 
-# However many frames of others arrive, a wait ends.
-_FRAMES_AT_ONCE = 5000
-
 
 class Feedback(NamedTuple):
     """What the nodes latched at one SYNC: inputs, position m, acceleration m/s2, rotation rad.
@@ -89,7 +86,7 @@ class ReleaseLink(Host):
         if outputs is not None:
             self.bus.send(self._outputs, pack_outputs(outputs))
         self.bus.send(frames.SYNC, frames.pack_sync(counter))
-        answers = self._collect(spare)
+        answers = self.collect(self._time_limit, spare)
         required = self._order if spare is None else self._order[:1]
         missing = [self._answers[identifier] for identifier in required if identifier not in answers]
         if missing:
@@ -105,21 +102,3 @@ class ReleaseLink(Host):
                     raise
                 self.counts.malformed += 1
         return Feedback(unpack_inputs(answers[self._order[0]]), *values)
-
-    def _collect(self, spare: float | None) -> dict[int, bytes]:
-        answers: dict[int, bytes] = {}
-        sent = self._clock.now()
-        deadline = sent + self._time_limit
-        for _ in range(_FRAMES_AT_ONCE):
-            if (frame := self.next_frame(deadline)) is None:
-                break
-            identifier, data = frame
-            if identifier not in self._answers or identifier in answers:
-                self.sort(identifier, data)
-                continue
-            answers[identifier] = data
-            if len(answers) == len(self._answers):
-                break
-            if spare is not None and identifier == self._order[0]:
-                deadline = sent + spare
-        return answers

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from devices.cia402.units import Units
     from devices.clock import Clock
 
-# However many frames of others arrive, a wait ends.
-_FRAMES_AT_ONCE = 5000
-
 
 class Feedback(NamedTuple):
     """What the nodes latched at one SYNC: position m, acceleration m/s2, rotation rad (NaN without a sensor).
@@ -76,8 +73,6 @@ class Link(Host):
         self._time_limit = time_limit
         self._units = units
         self._order = list(self._answers)
-        self.answer_time = math.nan
-        """From the last SYNC to the last of its answers, s."""
         # Of every answer but the first, in their order.
         self._decoders = (self._acceleration, decode_rotation)
 
@@ -104,7 +99,7 @@ class Link(Host):
             self.bus.send(self._target, pack_target(*command))
         self.bus.send(frames.SYNC, frames.pack_sync(counter))
         foreign = self.counts.foreign
-        answers = self._collect(spare)
+        answers = self.collect(self._time_limit, spare)
         required = self._order if spare is None else self._order[:1]
         missing = [self._answers[identifier] for identifier in required if identifier not in answers]
         if missing:
@@ -122,26 +117,6 @@ class Link(Host):
                     raise
                 self.counts.malformed += 1
         return Feedback(statusword, position * self._units.position, *values)
-
-    def _collect(self, spare: float | None) -> dict[int, bytes]:
-        answers: dict[int, bytes] = {}
-        sent = self._clock.now()
-        deadline = sent + self._time_limit
-        wanted = len(self._answers)
-        for _ in range(_FRAMES_AT_ONCE):
-            if (frame := self.next_frame(deadline)) is None:
-                break
-            identifier, data = frame
-            if identifier not in self._answers or identifier in answers:
-                self.sort(identifier, data)
-                continue
-            answers[identifier] = data
-            if len(answers) == wanted:
-                break
-            if spare is not None and identifier == self._order[0]:
-                deadline = sent + spare
-        self.answer_time = self._clock.now() - sent
-        return answers
 
     def _acceleration(self, data: bytes) -> float:
         return frames.unpack_long(data, "TPDO2") * self._units.acceleration

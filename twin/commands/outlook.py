@@ -6,8 +6,6 @@ import math
 from typing import Protocol, runtime_checkable
 
 from devices.errors import UnknownDevice
-from excitation import Capacity
-from excitation.table_run import TableRun
 from twin.commands.inputs import emulator_numbers
 from twin.commands.recording import live_twin
 from twin.forecast.loop import TableLoop
@@ -51,13 +49,10 @@ def table_loop(scene: Scene, *, tuned: bool = False) -> TableLoop:
     return TableLoop(loop.transport_delay, 1.0, loop.angular_frequency / math.tau, loop.damping)
 
 
-def seeing_twin(scene: Scene, motion: TableRun, capacity: Capacity, loop: TableLoop) -> LiveTwin:
-    """Return the twin of a run before its first sample, with foresight unless the scene does without."""
-    seen = foresight(scene, motion.pieces, capacity.stroke, capacity.acceleration, loop)
-    return live_twin(scene, seen if scene.twin.forecast else None)
-
-
 def twin_of_run(rehearsal: Rehearsal, *, tuned: bool = False) -> LiveTwin:
-    """Return the twin of a rehearsed run, before its first sample."""
-    scene = rehearsal.scene
-    return seeing_twin(scene, rehearsal.motion, rehearsal.capacity, table_loop(scene, tuned=tuned))
+    """Return the twin of a rehearsed run before its first sample, with foresight unless the scene does without."""
+    scene, capacity = rehearsal.scene, rehearsal.capacity
+    if not scene.twin.forecast:
+        return live_twin(scene)
+    loop = table_loop(scene, tuned=tuned)
+    return live_twin(scene, foresight(scene, rehearsal.motion.pieces, capacity.stroke, capacity.acceleration, loop))
