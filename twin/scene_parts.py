@@ -145,7 +145,10 @@ class SpecimenPart(Part):
 
 
 class TablePart(Part):
-    """`[table]`: which table, and how the run around the pulse is made; `gain` scales the whole pulse."""
+    """`[table]`: which table, and how the run around the pulse is made; `gain` scales the whole pulse.
+
+    `patience_ms` is how long host and servo drive wait for each other before they stop the table; 20 ms unless given.
+    """
 
     device: str
     capacity_file: str | None = None
@@ -153,6 +156,7 @@ class TablePart(Part):
     coast_s: Annotated[float, Field(ge=0, le=60)] = 0.0
     settle_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
     gain: Annotated[float, Field(gt=0, le=1)] = 1.0
+    patience_ms: Annotated[float, Field(ge=4, le=100)] | None = None
     seed: Annotated[int, Field(ge=0)] = 1
     specimen: SpecimenPart = SpecimenPart()
 

@@ -53,6 +53,8 @@ class Setup(NamedTuple):
         s, becomes 1006.
     stop_deceleration, following_error : float or None
         m/s2 and m, become 6085 and 6065; None leaves what the drive has.
+    patience : float or None
+        s, becomes the whole cycles of 2010; None leaves what the drive has.
     eds, sensor_eds : str
         Texts of the electronic data sheets.
     """
@@ -61,6 +63,7 @@ class Setup(NamedTuple):
     cycle_time: float
     stop_deceleration: float | None
     following_error: float | None
+    patience: float | None
     eds: str
     sensor_eds: str
 
@@ -195,6 +198,8 @@ def set_up_drive(sdo: Sdo, setup: Setup, units: Units, host_node: int) -> None:
         sdo.write(0x6085, _at_most(max(1, round(setup.stop_deceleration / units.acceleration))))
     if setup.following_error is not None:
         sdo.write(0x6065, _at_most(round(setup.following_error / units.position)))
+    if setup.patience is not None:
+        sdo.write(0x2010, round(setup.patience / setup.cycle_time))
     sdo.write(0x605A, _QUICK_STOP_RAMP)
     sdo.write(0x605E, _QUICK_STOP_RAMP)
     set_heartbeats(sdo, host_node)

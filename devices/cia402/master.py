@@ -64,6 +64,8 @@ class Cia402Table(ShakeTable):
         Of the drive's quick stop and fault reaction, m/s2 (object 6085); the drive's own unless told.
     following_error : float, optional
         Beyond which the drive stops itself, m (object 6065); the drive's own unless told.
+    patience : float, optional
+        How long the drive goes on without its host, s, at most 200 cycles (object 2010); the drive's own unless told.
     eds, sensor_eds : str
         Texts of the electronic data sheets the drive and the sensor came with.
     host_node : int
@@ -91,6 +93,7 @@ class Cia402Table(ShakeTable):
         start_window: float = 20e-6,
         stop_deceleration: float | None = None,
         following_error: float | None = None,
+        patience: float | None = None,
         eds: str = SERVO_DRIVE,
         sensor_eds: str = ROTATION_SENSOR,
         host_node: int = frames.HOST_NODE,
@@ -100,7 +103,7 @@ class Cia402Table(ShakeTable):
         self._clock = clock or WallClock()
         self._link = Link(bus, drive_node, sensor_node, self._clock, idle, time_limit, self.units, host_node)
         self._open_tries = max(1, int(open_limit / ANSWER_LIMIT)) if idle is None else 3
-        setup = Setup(capacity, cycle_time, stop_deceleration, following_error, eds, sensor_eds)
+        setup = Setup(capacity, cycle_time, stop_deceleration, following_error, patience, eds, sensor_eds)
         self._commissioning = Commissioning(self._link, self.name, setup, self._open_tries)
         self._state_limit = state_limit
         self._state_cycles = max(1, round(state_limit / cycle_time))

@@ -30,6 +30,7 @@ def open_table(
     state_limit: float = 3.0,
     stop_deceleration: float | None = None,
     following_error: float | None = None,
+    patience: float | None = None,
 ) -> Cia402Table:
     """Connect to an ST-III; nothing moves.
 
@@ -55,6 +56,8 @@ def open_table(
         Of the drive's quick stop and fault reaction, m/s2 (object 6085); the drive's own unless told.
     following_error : float, optional
         Beyond which the drive stops itself, m (object 6065); the drive's own unless told.
+    patience : float, optional
+        How long the drive goes on without its host, s (object 2010); the drive's own unless told.
 
     Returns
     -------
@@ -79,6 +82,7 @@ def open_table(
         state_limit=state_limit,
         stop_deceleration=stop_deceleration,
         following_error=following_error,
+        patience=patience,
     )
     table.open()
     return table

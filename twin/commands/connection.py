@@ -76,6 +76,7 @@ def connect(
             stack.callback(board.close)
             yield Connection(board, _nothing, Injection(None, board.clock), board.clock)
             return
+        waiting = _patience(scene, entry)
         idle: Callable[[], None] | None = None
         release: Callable[[], None] = _nothing
         channel = None
@@ -113,6 +114,7 @@ def connect(
                 state_limit=max(3.0, 1.0 + longest_stop(scene, capacity)),
                 stop_deceleration=stop_deceleration(scene, capacity),
                 following_error=scene.trips.following_error.limit_mm / 1e3,
+                **waiting,
             )
         except BusUnavailable as error:
             raise InputError(str(error)) from None
@@ -134,8 +136,9 @@ def emulate(
     """Return the scene's emulated table with its specimen, on a bus; `shared_clock` where the host is on this thread.
 
     Host and drive then stand still together where the computer stalls, and neither lost the other. A drive in a process
-    of its own has a clock of its own and stops after 20 ms without its host, as a real one does; so does one with
-    faults. Its quick stop is the scene's, as if object 6085 had been written. A released machine is set as planned.
+    of its own has a clock of its own and stops after its patience without its host, as a real one does; so does one
+    with faults. Its quick stop is the scene's, as if object 6085 had been written; a released machine is set as
+    planned.
     """
     own: dict[str, object] = {}
     if (numbers := emulator_numbers(scene)) is not None:
@@ -228,6 +231,16 @@ def bus_arguments(options: argparse.Namespace) -> dict[str, int | str]:
             raise InputError(f"--bus-option cannot set {key}{instead.get(key, '')}")
         arguments[key] = int(value) if value.lstrip("-").isdecimal() else value
     return arguments
+
+
+def _patience(scene: Scene, entry: CatalogueEntry) -> dict[str, float]:
+    """Return how long host and drive wait for each other, where the scene says so; raises `InputError`."""
+    if scene.table.patience_ms is None:
+        return {}
+    if entry.capacity.machine is not None:
+        raise InputError(f"scene {scene.name}: table.patience_ms: the nodes of {entry.name} cannot be told")
+    patience = scene.table.patience_ms / 1e3
+    return {"time_limit": patience, "patience": patience}
 
 
 def _nothing() -> None:

@@ -38,6 +38,8 @@ def open_driven(
 ) -> HilTable:
     """Open the table of a driver other than CiA 402; raises `InputError`."""
     name = driver_of(options)
+    if scene.table.patience_ms is not None:
+        raise InputError(f"scene {scene.name}: table.patience_ms: --driver {name} has a watchdog of its own")
     try:
         return entry.driver(name).open_table(
             own_tables(scene).get(name, {}),

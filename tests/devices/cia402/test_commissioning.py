@@ -30,11 +30,12 @@ if TYPE_CHECKING:
 
 
 def test_what_is_written(make_chain) -> None:
-    chain = make_chain(stop_deceleration=0.75, following_error=5e-3)
+    chain = make_chain(stop_deceleration=0.75, following_error=5e-3, patience=0.05)
     chain.table.open()
     objects = chain.drive.node.objects
-    assert [objects.get(index) for index in (0x1006, 0x607F, 0x60C5, 0x6085, 0x6065)] == [
+    assert [objects.get(index) for index in (0x1006, 0x2010, 0x607F, 0x60C5, 0x6085, 0x6065)] == [
         1000,
+        50,
         500_000,
         10_000_000,
         750_000,
@@ -49,7 +50,7 @@ def test_what_is_not_told_is_left_as_it_is(make_chain) -> None:
     chain = make_chain(options={"stop_deceleration": 3.0, "following_error": 1e-3})
     chain.table.open()
     objects = chain.drive.node.objects
-    assert [objects.get(index) for index in (0x6085, 0x6065)] == [3_000_000, 1_000_000]
+    assert [objects.get(index) for index in (0x2010, 0x6085, 0x6065)] == [20, 3_000_000, 1_000_000]
 
 
 @pytest.mark.parametrize("deceleration", [0.5, 5.0])

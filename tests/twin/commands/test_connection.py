@@ -12,6 +12,7 @@ import pytest
 
 from devices.catalogue import find_device
 from devices.cia301.buses import open_bus
+from devices.cia402.master import Cia402Table
 from devices.quanser_st3.capacity import CAPACITY
 from devices.quanser_st3.emulator import EmulatedSt3
 from devices.sample import Sample
@@ -80,6 +81,30 @@ def test_the_emulated_drive_is_set_up_from_the_scene(shared: bool) -> None:
     assert given.stop_deceleration == pytest.approx(0.5 * 9.81 * 30 / 270)
     assert given.patience == 20
     assert given.shared_clock is shared
+
+
+def impatient(device: str = "quanser_st3", patience_ms: float = 50) -> Scene:
+    scene = short_scene()
+    table = scene.table.model_copy(update={"device": device, "patience_ms": patience_ms})
+    return scene.model_copy(update={"table": table})
+
+
+def test_host_and_drive_wait_as_long_as_the_scene_says() -> None:
+    scene, entry = impatient(), find_device("quanser_st3")
+    with connect(options(bus="virtual"), scene, entry, entry.capacity) as link, link.table as table:
+        assert isinstance(table, Cia402Table)
+        assert table.objects.read(0x2010) == 50
+
+
+@pytest.mark.parametrize("device", ["air_track", "roori1"])
+def test_nodes_that_cannot_be_told_to_wait_are_not(device: str) -> None:
+    entry = find_device(device)
+    wanted = f"patience_ms: the nodes of {device} cannot be told"
+    with (
+        pytest.raises(InputError, match=wanted),
+        connect(options(bus="virtual"), impatient(device), entry, entry.capacity),
+    ):
+        pass
 
 
 def test_a_stop_does_not_rock_the_block() -> None:
