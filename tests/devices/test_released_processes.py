@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import runpy
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -14,7 +11,7 @@ from devices.cia301.buses import open_bus
 from devices.clock import WallClock
 from devices.positioning import bring_to
 from excitation import ConstantPulse, DoublePulse, ReleasedRun
-from tests.devices.test_two_processes import free_port, multicast_works
+from tests.devices.far_process import FarProcess, free_port, multicast_works
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -27,50 +24,15 @@ PULSES = {"air_track": ConstantPulse(2.0, 0.1), "roori1": DoublePulse(0.2, 0.02)
 both = pytest.mark.parametrize("name", sorted(PULSES))
 
 
-class Far:
-    """The emulator's process."""
-
-    def __init__(self, name: str, port: int) -> None:
-        spawn = multiprocessing.get_context("spawn")
-        self.stop, self.ready = spawn.Event(), spawn.Event()
-        self.report, far_end = spawn.Pipe(duplex=False)
-        handed: dict[str, Any] = {
-            "stop": self.stop,
-            "ready": self.ready,
-            "report": far_end,
-            "port": port,
-            "name": name,
-        }
-        script = str(Path(__file__).with_name("released_process.py"))
-        self.process = spawn.Process(target=runpy.run_path, args=(script, handed, "__released__"), daemon=True)
-        self.process.start()
-        far_end.close()
-
-    def end(self) -> tuple[bool, bool, bool]:
-        """Stop it; return whether it was armed, held and at rest in the end."""
-        self.stop.set()
-        assert self.report.poll(20.0)
-        return self.report.recv()
-
-    def close(self) -> None:
-        self.stop.set()
-        self.process.join(10.0)
-        if self.process.is_alive():
-            self.process.kill()
-            self.process.join()
-        self.process.close()
-        self.report.close()
-
-
 @pytest.fixture
-def far() -> Iterator[Callable[[str], tuple[Far, int]]]:
+def far() -> Iterator[Callable[[str], tuple[FarProcess, int]]]:
     port = free_port()
     if not multicast_works(port):
         pytest.skip("UDP multicast does not reach its own machine here")
-    made: list[Far] = []
+    made: list[FarProcess] = []
 
-    def start(name: str) -> tuple[Far, int]:
-        process = Far(name, port)
+    def start(name: str) -> tuple[FarProcess, int]:
+        process = FarProcess("released_process.py", "__released__", port=port, name=name)
         made.append(process)
         assert process.ready.wait(30.0)
         return process, port

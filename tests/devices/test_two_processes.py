@@ -3,68 +3,22 @@
 from __future__ import annotations
 
 import math
-import multiprocessing
-import runpy
-import socket
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 
 from devices.cia301.buses import open_bus
 from devices.cia402.states import State
 from devices.clock import WallClock
-from devices.errors import BusUnavailable, DeviceError, DriveFault
+from devices.errors import BusUnavailable, DriveFault
 from devices.positioning import bring_to
 from devices.quanser_st3.driver import open_table
+from tests.devices.far_process import FarProcess, free_port, multicast_works
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 H = 1e-3
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("", 0))
-        return probe.getsockname()[1]
-
-
-def multicast_works(port: int) -> bool:
-    try:
-        with open_bus("udp_multicast", port=port) as one, open_bus("udp_multicast", port=port) as other:
-            one.send(0x123, b"probe")
-            return other.receive(0.2) == (0x123, b"probe")
-    except DeviceError:
-        return False
-
-
-class Far:
-    """The emulator's process."""
-
-    def __init__(self, port: int) -> None:
-        spawn = multiprocessing.get_context("spawn")
-        self.stop, self.ready = spawn.Event(), spawn.Event()
-        self.report, far_end = spawn.Pipe(duplex=False)
-        handed: dict[str, Any] = {"stop": self.stop, "ready": self.ready, "report": far_end, "port": port}
-        script = str(Path(__file__).with_name("emulator_process.py"))
-        self.process = spawn.Process(target=runpy.run_path, args=(script, handed, "__emulator__"), daemon=True)
-        self.process.start()
-        far_end.close()
-
-    def end(self) -> tuple[str, bool, int]:
-        self.stop.set()
-        assert self.report.poll(10.0)
-        return self.report.recv()
-
-    def close(self) -> None:
-        self.stop.set()
-        self.process.join(10.0)
-        if self.process.is_alive():
-            self.process.kill()
-            self.process.join()
-        self.process.close()
-        self.report.close()
 
 
 @pytest.fixture(scope="module")
@@ -76,8 +30,8 @@ def port() -> int:
 
 
 @pytest.fixture
-def far(port: int) -> Iterator[Far]:
-    process = Far(port)
+def far(port: int) -> Iterator[FarProcess]:
+    process = FarProcess("emulator_process.py", "__emulator__", port=port)
     try:
         assert process.ready.wait(20.0)
         yield process
@@ -85,7 +39,7 @@ def far(port: int) -> Iterator[Far]:
         process.close()
 
 
-def test_a_motion_between_two_processes(far: Far, port: int) -> None:
+def test_a_motion_between_two_processes(far: FarProcess, port: int) -> None:
     clock = WallClock()
     with open_bus("udp_multicast", port=port) as bus, open_table(bus, time_limit=0.5) as table:
         table.enable(0.0)
@@ -107,7 +61,7 @@ def test_a_motion_between_two_processes(far: Far, port: int) -> None:
     assert cycles >= samples[-1].cycle
 
 
-def test_a_host_that_falls_silent_leaves_no_moving_table(far: Far, port: int) -> None:
+def test_a_host_that_falls_silent_leaves_no_moving_table(far: FarProcess, port: int) -> None:
     with open_bus("udp_multicast", port=port) as bus:
         table = open_table(bus, time_limit=0.5)
         table.enable(0.0)
@@ -131,7 +85,7 @@ def test_a_host_that_falls_silent_leaves_no_moving_table(far: Far, port: int) ->
     assert (state, standstill) == ("fault", True)
 
 
-def test_the_next_host_after_one_that_died(far: Far, port: int) -> None:
+def test_the_next_host_after_one_that_died(far: FarProcess, port: int) -> None:
     clock = WallClock()
     with open_bus("udp_multicast", port=port) as bus:
         first = open_table(bus, time_limit=0.5)
