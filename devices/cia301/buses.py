@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import can
 
+from devices.cia301.in_process import InProcessBus
 from devices.cia301.loopback import open_loopback
 from devices.errors import BusFailure, BusUnavailable
 
@@ -41,18 +42,6 @@ _CANNOT_OPEN = (
     OverflowError,
     struct.error,
 )
-
-
-class _DataFrame(can.Message):
-    """A classic data frame that is cheap to copy.
-
-    python-can's virtual bus copies each frame for each listener, and in its own way that takes a quarter of the cycle.
-    """
-
-    __slots__ = ()
-
-    def __deepcopy__(self, memo: dict[int, Any] | None) -> can.Message:
-        return can.Message(arbitration_id=self.arbitration_id, data=bytes(self.data), is_extended_id=False)
 
 
 class CanBus:
@@ -109,7 +98,7 @@ class CanBus:
             Where the bus does not take it.
         """
         self._put(
-            _DataFrame(arbitration_id=identifier, data=data, is_extended_id=False, channel=self._mark),
+            can.Message(arbitration_id=identifier, data=data, is_extended_id=False, channel=self._mark),
             f"frame {identifier:03x}",
         )
         if self.tap is not None:
@@ -254,6 +243,8 @@ def open_bus(interface: str = "virtual", channel: str | int | None = None, **arg
             raise TypeError(f"rx_queue_size is {size!r}; it must be a whole number")
         if interface == "udp_multicast":
             return _multicast(str(channel), **arguments)
+        if interface == "virtual":
+            return CanBus(InProcessBus(**({} if channel is None else {"channel": channel}), **arguments))
         # ignore_config: what moves a table is what the caller said, not a forgotten ~/.canrc.
         return CanBus(can.Bus(channel=channel, interface=interface, ignore_config=True, **arguments))
     except _CANNOT_OPEN as error:

@@ -60,12 +60,9 @@ class Cia402Table(ShakeTable):
         all of it, whatever fails meanwhile; it must be longer than the drive's slowest ramp.
     start_window : float
         Largest distance between the position to be enabled at and the measured one, m.
-    stop_deceleration : float, optional
-        Of the drive's quick stop and fault reaction, m/s2 (object 6085); the drive's own unless told.
-    following_error : float, optional
-        Beyond which the drive stops itself, m (object 6065); the drive's own unless told.
-    patience : float, optional
-        How long the drive goes on without its host, s, at most 200 cycles (object 2010); the drive's own unless told.
+    stop_deceleration, following_error, patience : float, optional
+        Of the drive, its own unless told: deceleration of quick stop and fault reaction, m/s2 (object 6085); following
+        error beyond which it stops itself, m (6065); how long it goes on without its host, s (2010; up to 200 cycles).
     eds, sensor_eds : str
         Texts of the electronic data sheets the drive and the sensor came with.
     host_node : int

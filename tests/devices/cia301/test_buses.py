@@ -181,7 +181,7 @@ def test_a_frame_that_was_not_taken_is_not_tapped() -> None:
 
 
 def test_frames_do_not_share_their_bytes() -> None:
-    """python-can copies a frame for each listener; ours are cheaper to copy, and still no listener sees another's."""
+    """python-can copies a frame for each listener; ours gives the last one the frame itself."""
     with (
         open_bus("virtual", "copies") as one,
         open_bus("virtual", "copies") as two,
@@ -195,6 +195,17 @@ def test_frames_do_not_share_their_bytes() -> None:
     first.data[0] = 9
     assert bytes(second.data) == b"\x01\x02"
     assert (second.arbitration_id, second.is_extended_id, second.dlc, second.is_rx) == (0x7FF, False, 2, True)
+
+
+def test_an_end_of_python_cans_own_hears_ours_and_is_heard() -> None:
+    with open_bus("virtual", "theirs") as ours, can.Bus("theirs", interface="virtual") as theirs:
+        ours.send(0x123, b"\x01")
+        heard = theirs.recv(0.0)
+        theirs.send(can.Message(arbitration_id=0x321, data=b"\x02", is_extended_id=False))
+        assert ours.receive() == (0x321, b"\x02")
+        assert ours.receive() is None
+    assert heard is not None
+    assert (heard.arbitration_id, bytes(heard.data), heard.is_rx) == (0x123, b"\x01", True)
 
 
 def test_what_can_be_opened_here(monkeypatch) -> None:
