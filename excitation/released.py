@@ -67,8 +67,12 @@ class ReleasedMachine(BaseModel, ABC):
     """What the phase between push and end stop is called."""
     stop_name: ClassVar[str] = "end stop"
     """What the end stop, and the phase in it, is called."""
+    can_stop: ClassVar[bool] = True
+    """Whether a stop does anything once it is released."""
     coasts: ClassVar[bool] = False
     """Whether the time between push and end stop can be asked for."""
+    stoppable: ClassVar[bool] = False
+    """Whether anything brakes the base once it is released; see `broken_off`."""
 
     @model_validator(mode="after")
     def _provenance_names_fields(self) -> Self:
@@ -126,6 +130,25 @@ class ReleasedMachine(BaseModel, ABC):
     def in_gravity(self, gravity: float) -> Self:  # noqa: ARG002 - most machines do not ask
         """Return the machine as it stands where gravity is `gravity`, m/s2."""
         return self
+
+    def moving_mass(self, payload: float | None) -> float | None:  # noqa: ARG002 - most machines do not say
+        """Return what moves with `payload`, kg, on it; kg, None where it is not known."""
+        return None
+
+    def broken_off(
+        self,
+        settings: Settings,  # noqa: ARG002 - most machines cannot be stopped
+        leg: str,  # noqa: ARG002
+        position: float,  # noqa: ARG002
+        velocity: float,  # noqa: ARG002
+        *,
+        payload: float,  # noqa: ARG002
+    ) -> list[Span] | None:
+        """Return the spans to rest of a base that is stopped in `leg`, at `position`, m, with `velocity`, m/s.
+
+        None where it goes on as it would have.
+        """
+        return None
 
     def longest_stop(self, velocity: float, stroke: float) -> float:
         """Return the time, s, in which a base comes to rest once nothing is done to it, by friction and its end stop.

@@ -58,7 +58,7 @@ class Fan:
 
     def follow(self, time: float, acceleration: float, rotation: float) -> None:
         """Take a sample: table's clock s, base acceleration m/s2, measured rotation rad or NaN."""
-        self._foresight.measure(time, acceleration, rotation)
+        self._foresight.follow(time, acceleration, rotation)
         if time - self._drawn >= INTERVAL:
             self._drawn = time
             self._draw(time)

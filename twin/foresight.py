@@ -44,6 +44,11 @@ class Foresight:
         self._before = rotation - observer.innovation
         self.latest = self._forecaster.update(observer)
 
+    def follow(self, time: float, acceleration: float, rotation: float) -> None:
+        """Take a sample as `measure` does, but forecast nothing: all that a `fan` needs."""
+        self.observer.update(time, acceleration, rotation)
+        self._forecaster.follow(self.observer)
+
     @property
     def rotation_before(self) -> float:
         """Estimated rotation before the last reading corrected it, rad; NaN without a reading."""
@@ -98,7 +103,12 @@ class Foresight:
 
 
 def foresight(
-    scene: Scene, pieces: FloatArray, stroke: float, acceleration: float, loop: TableLoop | None = None
+    scene: Scene,
+    pieces: FloatArray,
+    stroke: float,
+    acceleration: float,
+    loop: TableLoop | None = None,
+    until: float | None = None,
 ) -> Foresight:
     """Return observer and forecaster of a scene's run, before its first sample.
 
@@ -111,6 +121,8 @@ def foresight(
         Of the table's capacity, m and m/s2.
     loop : TableLoop, optional
         How the table follows its command; exactly and at once unless told.
+    until : float, optional
+        Time of the run from which on nothing stops the table, s; see `RampDown`.
     """
     twin, block = scene.twin, scene.block.block()
     unsure = Uncertainty(
@@ -130,6 +142,7 @@ def foresight(
         0.5 * stroke,
         acceleration,
         REACTION_CYCLES / twin.cycle_hz,
+        until,
     )
     return Foresight(observer, Forecaster(block, pieces, stop, loop=loop, seed=twin.seed))
 

@@ -82,9 +82,11 @@ def ramp_downs(motion: TableRun, scene: Scene, capacity: Capacity) -> RampDowns:
     gentle, soft_limit = stop_deceleration(scene, capacity), 0.5 * capacity.stroke
     times = np.arange(0.0, motion.duration, LOOKED_AT)
     positions, velocities = motion.displacement(times), motion.velocity(times)
+    # Most of a run stands still: nothing is to be stopped then.
+    moving = np.flatnonzero(velocities)
     stops = [
         ramp_down(t, x, v, gentle, soft_limit)
-        for t, x, v in zip(times.tolist(), positions.tolist(), velocities.tolist(), strict=True)
+        for t, x, v in zip(times[moving].tolist(), positions[moving].tolist(), velocities[moving].tolist(), strict=True)
     ] or [ramp_down(0.0, 0.0, 0.0, gentle, soft_limit)]
     lifting = scene.block.block().uplift_acceleration
     rocking = [stop.time for stop in stops if stop.duration > 0.0 and stop.deceleration > lifting]

@@ -8,7 +8,6 @@ from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
-from scipy.interpolate import CubicSpline  # pyright: ignore[reportMissingTypeStubs]
 
 from excitation import Capacity
 from excitation.table_run import TableRun
@@ -154,6 +153,9 @@ class TunedCommand(_Kept):
         places = (np.arange(1, positions.size + 1) * h - motion.pulse_start - self.start) / h
         grid = np.arange(len(self.correction))
         inside = (places >= 0.0) & (places <= grid[-1])
+        # A fifth of a second to import: only where there is a correction.
+        from scipy.interpolate import CubicSpline  # pyright: ignore[reportMissingTypeStubs]
+
         spline = CubicSpline(grid, np.array(self.correction), bc_type="clamped")
         result = positions.copy()
         result[inside] += spline(places[inside])

@@ -20,10 +20,11 @@ from pydantic import BeforeValidator, Field
 
 from excitation import ConstantPulse, Limit
 from excitation.demand import Terms
-from excitation.pieces import Span, as_spans
+from excitation.pieces import Span, as_spans, steady
 from excitation.quantity import quantity
-from excitation.released import ReleasedMachine, ReleasedRun, longest_slide
+from excitation.released import ReleasedMachine, ReleasedRun, Settings, longest_slide
 from excitation.search import ROUNDING
+from excitation.shaper import slide
 
 if TYPE_CHECKING:
     from excitation import Capacity, Pulse
@@ -105,6 +106,7 @@ class AirTrackMachine(ReleasedMachine):
     slide_name: ClassVar[str] = "coast"
     stop_name: ClassVar[str] = "bumper"
     coasts: ClassVar[bool] = True
+    stoppable: ClassVar[bool] = True
 
     @property
     def stopping(self) -> str:
@@ -124,6 +126,36 @@ class AirTrackMachine(ReleasedMachine):
     def in_gravity(self, gravity: float) -> Self:
         """Return the track as it stands where gravity is `gravity`, m/s2."""
         return self.model_copy(update={"gravity": gravity})
+
+    def moving_mass(self, payload: float | None) -> float | None:
+        """Return cart and block, kg."""
+        return self.cart + (payload or 0.0)
+
+    def broken_off(
+        self, settings: Settings, leg: str, position: float, velocity: float, *, payload: float
+    ) -> list[Span] | None:
+        """Return the cart's way to rest with the air supply off; in the bumper nothing changes.
+
+        While the mass still falls it draws the cart on.
+        """
+        if not isinstance(settings, AirTrackSettings) or leg not in ("pulse", self.slide_name):
+            return None
+        spans: list[Span] = []
+        x, v, f = position, velocity, self.braking_friction
+        if leg == "pulse" and (fall := settings.drop - x) > 0.0:
+            moved = self.cart + payload
+            a = (settings.mass * self.gravity - moved * f) / (moved + settings.mass)
+            after = math.sqrt(max(0.0, v * v + 2.0 * a * fall))
+            # v^2 + 2 a x = 0 where it stops before the mass has landed.
+            spans.append(steady(2.0 * fall / (v + after) if after > 0.0 else v / -a, a))
+            x, v = x + fall if after > 0.0 else x + 0.5 * v * v / -a, after
+        duration, after = slide(v, f, max(settings.start - x, 0.0))
+        spans.append(steady(duration, -f))
+        if after > 0.0:
+            spans += self.end_stop.stop(after)
+            back = self.end_stop.rebound * after
+            spans.append(steady(back / f, f))
+        return [span for span in spans if span[0] > 0.0]
 
     def longest_stop(self, velocity: float, stroke: float) -> float:
         """Return the time, s, in which a coasting cart comes to rest with the air supply off.

@@ -73,6 +73,7 @@ class Roori1Machine(ReleasedMachine):
     least_gap: Annotated[float, quantity("m", above=0.0)] = Field(validation_alias="least_gap_m")
     largest_gap: Annotated[float, quantity("m", above=0.0)] = Field(validation_alias="largest_gap_m")
 
+    can_stop: ClassVar[bool] = False
     stop_name: ClassVar[str] = "stopper"
 
     @property

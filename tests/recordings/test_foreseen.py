@@ -20,16 +20,17 @@ PIECES = np.array([[0.0, 0.25, 0.0, 0.0, 2.9, 25.0, 0.0], [0.25, 1.0, 0.0, 0.0, 
 LOOP = TableLoop(1e-3, 1.0, 27.6, 0.67)
 
 
-def metadata() -> dict[str, dict[str, str]]:
+def metadata(until: float | None = None) -> dict[str, dict[str, str]]:
     return {
         "scene": {"name": "short", "json": SCENE.model_dump_json()},
         "excitation": {"motion_pieces": json.dumps(PIECES.tolist())},
-        "foresight": foresight_metadata(LOOP, 0.216, 9.81),
+        "foresight": foresight_metadata(LOOP, 0.216, 9.81, until),
     }
 
 
-def test_it_is_the_same_to_the_bit() -> None:
-    again, first = foresight_of(metadata()), foresight(SCENE, PIECES, 0.216, 9.81, LOOP)
+@pytest.mark.parametrize("until", [None, 0.1])
+def test_it_is_the_same_to_the_bit(until: float | None) -> None:
+    again, first = foresight_of(metadata(until)), foresight(SCENE, PIECES, 0.216, 9.81, LOOP, until)
     assert again is not None
     for k in range(400):
         a = 2.9 * np.sin(25.0 * 1e-3 * k) if k < 250 else 0.0
@@ -51,6 +52,8 @@ def test_a_run_without_one_has_none() -> None:
         ("foresight", "stroke_m", "wide"),
         ("foresight", "stroke_m", "-1"),
         ("foresight", "acceleration_m_s2", "nan"),
+        ("foresight", "stoppable_until_s", "soon"),
+        ("foresight", "stoppable_until_s", "-1"),
         ("excitation", "motion_pieces", "[[1, 2]]"),
         ("excitation", "motion_pieces", "[[0, NaN, 0, 0, 0, 0, 0]]"),
         ("excitation", "motion_pieces", "{}"),

@@ -49,10 +49,17 @@ def table_loop(scene: Scene, *, tuned: bool = False) -> TableLoop:
     return TableLoop(loop.transport_delay, 1.0, loop.angular_frequency / math.tau, loop.damping)
 
 
+def stoppable_until(rehearsal: Rehearsal) -> float | None:
+    """Return the time of the run from which on nothing stops the table, s; None where it can always be stopped."""
+    machine = rehearsal.capacity.machine
+    return None if machine is None or machine.can_stop else rehearsal.motion.pulse_start
+
+
 def twin_of_run(rehearsal: Rehearsal, *, tuned: bool = False) -> LiveTwin:
     """Return the twin of a rehearsed run before its first sample, with foresight unless the scene does without."""
     scene, capacity = rehearsal.scene, rehearsal.capacity
     if not scene.twin.forecast:
         return live_twin(scene)
-    loop = table_loop(scene, tuned=tuned)
-    return live_twin(scene, foresight(scene, rehearsal.motion.pieces, capacity.stroke, capacity.acceleration, loop))
+    loop, until = table_loop(scene, tuned=tuned), stoppable_until(rehearsal)
+    pieces = rehearsal.motion.pieces
+    return live_twin(scene, foresight(scene, pieces, capacity.stroke, capacity.acceleration, loop, until))

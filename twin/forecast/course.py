@@ -22,11 +22,14 @@ from twin.rocking.compiled import FloatArray
 # |a| / g; at its start the table's velocity m/s, position m, and da/dt m/s3.
 (START, LENGTH, K0, K1, K2, K3, STRONGEST, VELOCITY, POSITION, JERK) = range(10)
 COLUMNS = 10
-# No interval is longer, in units of 1/p, and in radians of a sine. Samples closer than CLOSEST, 1/p, are joined.
+# No interval is longer, but on a still base: in units of 1/p, and in radians of a sine. Samples closer than CLOSEST,
+# 1/p, are joined.
 LONGEST = 0.2
 SINE_STEP = 0.4
 CLOSEST = 0.05
 SHORTEST = 1e-4  # s
+# An acceleration below, over g, is none: what a loop has left after some time constants.
+STILL = 1e-7
 # After a jump of the command the loop's answer is laid out in steps of 1/w, this many.
 JUMP_STEPS = 7
 # A smaller jump is none, m/s2.
@@ -91,7 +94,17 @@ def lay_course(pieces: FloatArray, loop: TableLoop, p: float, gravity: float) ->
     u = np.linspace(0.0, 1.0, 9)
     values = a0[:, None] + (shape[0][:, None] + (shape[1][:, None] + shape[2][:, None] * u) * u) * u
     course[:-1, STRONGEST] = np.max(np.abs(values), axis=1) / gravity
-    return course
+    return _still_joined(course)
+
+
+def _still_joined(course: FloatArray) -> FloatArray:
+    """Return the course with intervals of a still base that follow each other as one, of whatever length."""
+    still = course[:, STRONGEST] < STILL
+    still[-1] = False
+    course[still, K0 : STRONGEST + 1] = 0.0
+    kept = course[~(still & np.append(False, still[:-1]))]
+    kept[:-1, LENGTH] = np.where(kept[:-1, STRONGEST] == 0.0, np.diff(kept[:, START]), kept[:-1, LENGTH])
+    return kept
 
 
 def _commanded(pieces: FloatArray, loop: TableLoop) -> FloatArray:
@@ -119,6 +132,11 @@ def _nodes(command: PieceTable, loop: TableLoop, p: float) -> FloatArray:
     """Return the ends of the intervals, s: jumps, breaks that lie apart, and points between them where they lie far."""
     breaks = command.boundaries
     jumps = np.abs(command.acceleration(breaks) - _from_the_left(command, breaks)) > SMALLEST_JUMP
+    if loop.frequency is None:
+        # A blow after a pause keeps both its ends: joined to a neighbour it would act too early.
+        long = np.diff(breaks) >= CLOSEST / p
+        jumps[:-1] |= long
+        jumps[1:] |= long
     jumps[0] = jumps[-1] = True
     nodes = breaks[jumps]
     if loop.frequency is not None:

@@ -11,8 +11,8 @@ import numpy as np
 from twin.forecast.advice import Advice, advise
 from twin.forecast.course import COLUMNS, LONGEST, START, lay_course
 from twin.forecast.ensemble import FUTURES, GROUPS, deviates
-from twin.forecast.futures import FALL, MARGIN, RESULTS, ROCKS
-from twin.forecast.job import ALL_GROUPS, begin, fan, proceed, renew
+from twin.forecast.futures import RESULTS
+from twin.forecast.job import ALL_GROUPS, BRANCHES, OUTLOOK, begin, fan, proceed, renew
 from twin.forecast.loop import TableLoop
 from twin.forecast.observer import Observer
 from twin.forecast.ramp import RAMP_ROWS, RampDown, interval_at, lay_ramp
@@ -24,8 +24,8 @@ from twin.rocking.response import Outcome
 if TYPE_CHECKING:
     from twin.rocking.compiled import FloatArray
 
-STEPS_A_CYCLE = 1250
-"""Steps of sixteen futures that a cycle takes on a forecast: some 100 us."""
+STEPS_A_CYCLE = 1000
+"""Steps of sixteen futures that a cycle takes on a forecast: some 60 us."""
 LONGEST_AGE = 20
 """Cycles a forecast is spread over. Where one took longer, the next looks at less of the plan."""
 MOST_INTERVALS = LONGEST_AGE * STEPS_A_CYCLE // 3
@@ -140,7 +140,8 @@ class Forecaster:
         self._groups = np.zeros((ALL_GROUPS, ROWS, WIDTH))
         self._ramp = np.zeros((len(self._course) + RAMP_ROWS, COLUMNS))
         self._at = np.zeros(ALL_GROUPS + 2, dtype=np.int64)
-        self._results = np.zeros((2 * FUTURES, RESULTS))
+        self._results = np.zeros((BRANCHES * FUTURES, RESULTS))
+        self._outlooks = np.zeros((BRANCHES, OUTLOOK))
         self._most = MOST_INTERVALS
         self._cycles = 0
         self._busy = False
@@ -154,28 +155,23 @@ class Forecaster:
 
         To be called once after each of the observer's updates.
         """
+        self.follow(observer)
         time = observer.time
         if math.isnan(time):
             return None
-        now = self._p * (time - self._begins)
-        renew(
-            observer.estimate(),
-            observer.covariance,
-            self._deviates,
-            observer.corrected or not self._drawn,
-            now,
-            observer.sample,
-            self._p,
-            self._gravity,
-            self._root,
-            self._row,
-            self._futures,
-        )
-        self._drawn = True
         if not self._busy:
             self._begin(time)
         begun = self._p * (self._started - self._begins)
-        left = proceed(begun, self._course, self._ramp, self._groups, self._at, STEPS_A_CYCLE, self._results)
+        left = proceed(
+            begun,
+            self._course,
+            self._ramp,
+            self._groups,
+            self._at,
+            STEPS_A_CYCLE,
+            self._results,
+            self._outlooks,
+        )
         self._busy = left < 0
         self._cycles += 1
         if not self._busy:
@@ -187,17 +183,37 @@ class Forecaster:
             self._last = Forecast(last.time, last.going_on, last.stopping, last.advice, last.seen, time - last.time)
         return self._last
 
+    def follow(self, observer: Observer) -> None:
+        """Bring the futures to the observer's estimate, without a forecast; `update` does it by itself."""
+        if math.isnan(observer.time):
+            return
+        renew(
+            observer.estimate(),
+            observer.covariance,
+            self._deviates,
+            observer.corrected or not self._drawn,
+            self._p * (observer.time - self._begins),
+            observer.sample,
+            self._p,
+            self._gravity,
+            self._root,
+            self._row,
+            self._futures,
+        )
+        self._drawn = True
+
     def ramp_down(self, time: float) -> None:
         """Take a ramp-down that was decided at `time` (s) for the plan from now on; what was in work is dropped."""
-        now = self._p * (time - self._begins)
+        now, act = self._p * (time - self._begins), self._acting(time)
+        if math.isinf(act):
+            return
         first = interval_at(self._course, now)
-        act = now + self._p * self._acts
         rows = lay_ramp(self._course, first, now, act, self._loop, self._stop, self._p, self._gravity, self._ramp)
         self._course = self._ramp[:rows].copy()
         self._busy = False
 
     def fan(self, observer: Observer, horizon: float = 3.0) -> tuple[FloatArray, FloatArray]:
-        """Return how the futures go on with the plan after the last `update`: for a picture, not for the cycle.
+        """Return how the futures go on with the plan after the last `follow`: for a picture, not for the cycle.
 
         Returns
         -------
@@ -214,12 +230,20 @@ class Forecaster:
         rows = fan(self._futures.copy(), now, now + p * horizon, self._course, times, rotations)
         return times[:rows] / p + self._begins, np.ascontiguousarray(rotations[:rows].T)
 
+    def _acting(self, time: float) -> float:
+        """Return when a stop that is decided at `time` (s) acts, 1/p; infinite where nothing stops the table."""
+        now, until = self._p * (time - self._begins), self.stop.until
+        if until is None:
+            return now + self._p * self._acts
+        # A machine that is stopped before its release is not released.
+        return min(now + self._p * self._acts, self._p * until) if now < self._p * until else math.inf
+
     def _begin(self, time: float) -> None:
-        now = self._p * (time - self._begins)
+        now, act = self._p * (time - self._begins), self._acting(time)
         begin(
             self._futures,
             now,
-            now + self._p * self._acts,
+            max(now, float(self._course[-1, START])) if math.isinf(act) else act,
             self._course,
             self._loop,
             self._stop,
@@ -235,24 +259,17 @@ class Forecaster:
         self._seen = float(self._course[self._at[ALL_GROUPS], START]) / self._p + self._begins
 
     def _finished(self, time: float) -> Forecast:
-        going_on = self._branch(self._results[:FUTURES])
-        stopping = self._branch(self._results[FUTURES:])
+        going_on, stopping = map(self._branch, self._outlooks.tolist())
         advice = advise(going_on.probability, stopping.probability)
         return Forecast(self._started, going_on, stopping, advice, self._seen, time - self._started)
 
-    def _branch(self, results: FloatArray) -> Branch:
-        margin = float(results[0, MARGIN])
-        falls = results[results[:, MARGIN] < 0.0, FALL]
-        offset = self._begins - self._started
-        when = float(results[0, FALL]) / self._p + offset if margin < 0.0 else math.nan
-        earliest = latest = math.nan
-        if falls.size:
-            earliest = float(falls.min()) / self._p + offset
-            latest = float(falls.max()) / self._p + offset
-        outcome = Outcome.OVERTURNED if margin < 0.0 else Outcome.ROCKED if results[0, ROCKS] else Outcome.STAYED
+    def _branch(self, outlook: list[float]) -> Branch:
+        margin, rocks, when, falling, earliest, latest = outlook
+        p, offset = self._p, self._begins - self._started
+        outcome = Outcome.OVERTURNED if margin < 0.0 else Outcome.ROCKED if rocks else Outcome.STAYED
         if abs(margin) < TOO_CLOSE:
             outcome = Outcome.UNDECIDED
-        return Branch(outcome, margin, falls.size / FUTURES, when, earliest, latest)
+        return Branch(outcome, margin, falling / FUTURES, when / p + offset, earliest / p + offset, latest / p + offset)
 
 
 def warm_up() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from twin.forecast.compiled import lent
-from twin.forecast.course import K0, LENGTH, LONGEST, START, STRONGEST
+from twin.forecast.course import LENGTH, LONGEST, START, STRONGEST
 from twin.forecast.step import (
     ALPHA,
     FALLEN,
@@ -29,6 +29,7 @@ from twin.rocking.methods.flight import fall, strike
 MOST_ROUNDS = 16
 # Intervals at rest that cost as much as a step.
 IDLE = 16
+ALL_LANES = 2**WIDTH - 1
 # What a future leaves: margin, time of pi/2 (1/p; infinite where it stands), whether it rocked.
 MARGIN, FALL, ROCKS = range(3)
 RESULTS = 3
@@ -48,7 +49,8 @@ def march(m: FloatArray, course: FloatArray, first: int, last: int, budget: int)
     Returns
     -------
     tuple of int
-        The interval to go on from (`last` where the group is done) and the steps taken.
+        The interval to go on from (`last` where the group is done) and the steps taken; one with an impact counts
+        twice, as it costs.
     """
     steps = 0
     idle = 0
@@ -57,16 +59,16 @@ def march(m: FloatArray, course: FloatArray, first: int, last: int, budget: int)
     while here < last:
         if steps >= budget:
             return here, steps
-        taken = cross(m, course[here], least)
-        if taken < 0:
+        if marked(load(m, FALLEN)) == ALL_LANES:
             return last, steps
+        taken, done = cross(m, course[here], least, budget - steps)
         # An interval that all of them rest through costs a share of a step.
         idle += taken == 0
         if idle == IDLE:
             idle = 0
             taken = 1
         steps += taken
-        here += 1
+        here += done
     return last, steps
 
 
@@ -80,25 +82,30 @@ def lowest_threshold(m: FloatArray) -> float:
 
 
 @lent
-def cross(m: FloatArray, row: FloatArray, least: float) -> int:
-    """Take a group to the end of an interval; return the steps taken, -1 where all of it lies already."""
+def cross(m: FloatArray, row: FloatArray, least: float, budget: int) -> tuple[int, int]:
+    """Take a group to the end of an interval; return the steps taken, and 1, or 0 where `budget` steps end before.
+
+    Only an interval of a still base is left half-way, each lane where its `OFFSET` says.
+    """
     zero = spread(0.0)
-    standing = 1.0 - load(m, FALLEN)
-    if marked(standing) == 0:
-        return -1
-    moving = marked(smaller(standing, above(magnitude(load(m, SIDE)), zero)))
+    steps = 0
     # Without a push strong enough the resting lanes stay as they are.
     strong = row[STRONGEST] > least
-    steps = 0
-    if moving or strong:
-        for _ in range(MOST_ROUNDS):
-            on = lift(m, row[K0:], row[LENGTH]) if strong else 0
-            on |= advance(m, row[K0:], row[START], row[LENGTH])
-            steps += 1
+    if strong or marked(smaller(1.0 - load(m, FALLEN), above(magnitude(load(m, SIDE)), zero))):
+        still = row[STRONGEST] == 0.0
+        most = budget if still else MOST_ROUNDS
+        on = 0
+        for _ in range(most):
+            lifted = lift(m, row, row[LENGTH]) if strong else 0
+            on, struck = advance(m, row, row[START], row[LENGTH])
+            on |= lifted
+            steps += 1 if struck == 0 else 2
             if on == 0:
                 break
+        if still and on != 0:
+            return steps, 0
     store(m, OFFSET, zero)
-    return steps
+    return steps, 1
 
 
 @lent
@@ -174,20 +181,29 @@ def trace(
     last = course.shape[0] - 1
     here = first
     n = 0
-    end = course[here, START] if here < last else now
+    begun = course[here, START] if here < last else now
+    # All lanes are as far into the first interval.
+    gone = m[OFFSET, 0]
+    end = begun + gone
     while n < times.size and end < until:
         row = course[min(here, last)]
-        length = row[LENGTH] if here < last else LONGEST
+        length = row[LENGTH] if here < last else math.inf
+        # A still interval may be a long one.
+        part = min(length, gone + LONGEST) if row[STRONGEST] == 0.0 else length
         for _ in range(MOST_ROUNDS):
-            on = lift(m, row[K0:], length) if row[STRONGEST] > least else 0
-            on |= advance(m, row[K0:], end, length)
-            if on == 0:
+            lifted = lift(m, row, part) if row[STRONGEST] > least else 0
+            on, _ = advance(m, row, begun, part)
+            if (on | lifted) == 0:
                 break
-        store(m, OFFSET, spread(0.0))
-        end = end + length
+        gone = part
+        end = begun + gone
+        if gone >= length:
+            begun = end
+            gone = 0.0
+            here += 1
+        store(m, OFFSET, spread(gone))
         times[n] = end
         for k in range(WIDTH):
             rotations[n, lane + k] = m[SIDE, k] * m[PHI, k]
-        here += 1
         n += 1
     return n

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from twin.forecast.compiled import compiled
 from twin.forecast.course import K0, K1, LENGTH, LONGEST, START, STRONGEST
-from twin.forecast.ensemble import GROUPS, draw, place, square_root
-from twin.forecast.futures import conclude, cross, lowest_threshold, march, trace
+from twin.forecast.ensemble import FUTURES, GROUPS, draw, place, square_root
+from twin.forecast.futures import FALL, MARGIN, ROCKS, conclude, cross, lowest_threshold, march, trace
 from twin.forecast.ramp import interval_at, lay_ramp
 from twin.forecast.step import OFFSET
 from twin.rocking.batch.lanes import WIDTH
@@ -20,6 +20,10 @@ Numbers = NDArray[np.int64]
 
 BRANCHES = 2
 ALL_GROUPS = BRANCHES * GROUPS
+NO_LIMIT = 2**31
+# What a branch comes to: margin of the estimate, whether it rocks, its time of pi/2; how many futures overturn, and the
+# first and the last of these times; 1/p, NaN where none does.
+OUTLOOK = 6
 
 
 @compiled
@@ -61,7 +65,7 @@ def renew(
         row[K1] = (sample[2] - sample[1]) / gravity / (p * sample[0])
         row[STRONGEST] = max(abs(sample[1]), abs(sample[2])) / gravity
         for group in range(GROUPS):
-            cross(futures[group], row, lowest_threshold(futures[group]))
+            cross(futures[group], row, lowest_threshold(futures[group]), NO_LIMIT)
     place(futures[0], 0, known[0], known[1], known[2], known[3], known[4], tau)
 
 
@@ -107,8 +111,16 @@ def proceed(
     at: Numbers,
     budget: int,
     results: FloatArray,
+    outlooks: FloatArray,
 ) -> int:
     """Go on, with what began at `tau`, by about `budget` steps of sixteen futures.
+
+    Parameters
+    ----------
+    results : ndarray, shape (BRANCHES FUTURES, RESULTS)
+        Room for what becomes of each future.
+    outlooks : ndarray, shape (BRANCHES, OUTLOOK)
+        Written where all is done.
 
     Returns
     -------
@@ -127,7 +139,29 @@ def proceed(
             return -1
         conclude(groups[group], max(tau, rows[last, START]), results, group * WIDTH)
         at[group] = last + 1
+    for branch in range(BRANCHES):
+        _sum_up(results[branch * FUTURES : (branch + 1) * FUTURES], outlooks[branch])
     return max(budget, 0)
+
+
+@compiled
+def _sum_up(results: FloatArray, outlook: FloatArray) -> None:
+    """Write what the futures of one branch come to."""
+    falls = 0
+    earliest = math.nan
+    latest = math.nan
+    for k in range(results.shape[0]):
+        if results[k, MARGIN] < 0.0:
+            fall = results[k, FALL]
+            earliest = fall if falls == 0 else min(earliest, fall)
+            latest = fall if falls == 0 else max(latest, fall)
+            falls += 1
+    outlook[0] = results[0, MARGIN]
+    outlook[1] = results[0, ROCKS]
+    outlook[2] = results[0, FALL] if results[0, MARGIN] < 0.0 else math.nan
+    outlook[3] = falls
+    outlook[4] = earliest
+    outlook[5] = latest
 
 
 @compiled

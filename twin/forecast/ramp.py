@@ -49,12 +49,16 @@ class RampDown:
         The table's own limit, m/s2: no ramp is steeper, whatever the room.
     reaction : float
         From the decision to the first set-point of the ramp, s.
+    until : float or None
+        Time of the plan from which on no decision stops the table any more, s: a released machine may be one that only
+        its end stop stops. None: it can always be stopped.
     """
 
     deceleration: Annotated[float, quantity("m/s2", above=0.0)]
     limit: Annotated[float, quantity("m", above=0.0)] | None = None
     steepest: Annotated[float, quantity("m/s2", above=0.0)] = 1e6
     reaction: Annotated[float, quantity("s", at_least=0.0)] = 1e-3
+    until: Annotated[float, quantity("s", at_least=0.0)] | None = None
 
 
 @compiled

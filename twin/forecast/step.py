@@ -8,6 +8,12 @@ interval began (`twin.forecast.course`):
 All lanes share the base; slenderness, restitution and state are each lane's own. There is no bound of the error here,
 as in `twin.rocking.batch`: a future is wanted to about 1e-5 rad, and `tests/benchmarks/forecast_cycle.py` compares it
 with the exact solver. A lane that meets the base or lifts within the interval goes on from there in another round.
+
+While the base is still (f = 0) an interval may be of any length, and each lane crosses it in steps of its own. Where
+its impacts end before the interval does, it comes to rest at once. A flight that begins with the rate v lasts at most
+2 v / sin(alpha) * artanh(x) / x with x = v / sqrt(alpha sin(alpha)) < 1, as long as it would under the linear pull
+psi sin(alpha) / alpha, which is weaker than sin(psi); the next one begins with eta v: what is left is less than the sum
+of a geometric series.
 """
 
 from __future__ import annotations
@@ -16,6 +22,7 @@ import math
 from typing import Any
 
 from twin.forecast.compiled import lent
+from twin.forecast.course import K0, K1, K2, K3, LONGEST, STRONGEST
 from twin.rocking.batch.lanes import (
     above,
     chosen,
@@ -39,6 +46,9 @@ ROWS = 12
 # v^2 / (2 HELD sin(alpha)), some 1e-4 rad of a slender block.
 REST_RATE = 3e-4
 HELD = 0.1
+# For the bound above: largest x, and 2 artanh(x) / x there.
+CALM = 0.8
+FLIGHT = 2.0 * math.atanh(CALM) / CALM
 # Newton's steps at a contact or at pi/2; the step's own end is the start, so that each squares what is left.
 NEWTON_STEPS = 5
 
@@ -63,31 +73,35 @@ def sine_cosine(x: Any) -> tuple[Any, Any]:
 
 
 @lent
-def advance(m: FloatArray, row: FloatArray, start: float, length: float) -> int:
+def advance(m: FloatArray, row: FloatArray, start: float, length: float) -> tuple[int, int]:
     """Take the moving lanes on to `length` after the interval's start, or to what they meet before.
 
     Parameters
     ----------
     m : ndarray, shape (ROWS, WIDTH)
-    row : ndarray, shape (4,)
-        k0 to k3.
+    row : ndarray, shape (COLUMNS,)
+        The interval, see `twin.forecast.course`; its start and length are those given.
     start, length : float
-        Of the interval, 1/p.
+        1/p.
 
     Returns
     -------
-    int
-        Bits of the lanes that met the base and are not at the end yet.
+    tuple of int
+        Bits of the lanes that are not at the end yet, and of those that met the base.
     """
+    still = row[STRONGEST] == 0.0
+    reach = LONGEST if still else length
     side = load(m, SIDE)
     phi = load(m, PHI)
     v = load(m, RATE)
     offset = load(m, OFFSET)
     zero = spread(0.0)
     moving = above(magnitude(side), load(m, FALLEN))
-    h = chosen(moving, larger(spread(length) - offset, zero), zero)
+    ahead = larger(spread(length) - offset, zero)
+    short = smaller(moving, above(ahead, spread(reach)))
+    h = chosen(moving, smaller(ahead, spread(reach)), zero)
 
-    k0, k1, k2, k3 = spread(row[0]), spread(row[1]), spread(row[2]), spread(row[3])
+    k0, k1, k2, k3 = spread(row[K0]), spread(row[K1]), spread(row[K2]), spread(row[K3])
     f0 = side * multiply_add(multiply_add(multiply_add(k3, offset, k2), offset, k1), offset, k0)
     f1 = side * multiply_add(multiply_add(k3 * 3.0, offset, k2 * 2.0), offset, k1)
     f2 = side * multiply_add(k3 * 3.0, offset, k2)
@@ -126,9 +140,10 @@ def advance(m: FloatArray, row: FloatArray, start: float, length: float) -> int:
     over = smaller(above(end, spread(HALF_TURN)), 1.0 - struck)
     store(m, PHI, end)
     store(m, RATE, rate)
-    store(m, OFFSET, chosen(moving, spread(length), offset))
-    left = 0
-    if marked(struck):
+    store(m, OFFSET, chosen(moving, chosen(short, offset + h, spread(length)), offset))
+    met_base = marked(struck)
+    on = marked(short)
+    if met_base:
         # Divided by its known root where it starts on the contact, so that this is not found again.
         touching = 1.0 - above(phi, zero)
         b0 = chosen(touching, v, phi)
@@ -143,13 +158,19 @@ def advance(m: FloatArray, row: FloatArray, start: float, length: float) -> int:
         after = before * load(m, RESTITUTION) * -1.0
         met = offset + x
         f = multiply_add(multiply_add(multiply_add(k3, met, k2), met, k1), met, k0)
-        weak = load(m, SINE) - magnitude(f) * load(m, COSINE)
-        rests = smaller(above(spread(REST_RATE), after), above(weak, load(m, SINE) * HELD))
+        sine = load(m, SINE)
+        rests = smaller(above(spread(REST_RATE), after), above(sine - magnitude(f) * load(m, COSINE), sine * HELD))
+        again = struck
+        if still:
+            left = (1.0 - load(m, RESTITUTION)) * (spread(length) - met)
+            ends = smaller(above(sine * left, after * FLIGHT), above(load(m, ALPHA) * sine * CALM**2, after * after))
+            rests = larger(rests, ends)
+            again = smaller(struck, 1.0 - rests)
         store(m, PHI, chosen(struck, zero, end))
         store(m, RATE, chosen(struck, chosen(rests, zero, after), rate))
         store(m, SIDE, chosen(struck, chosen(rests, zero, side * -1.0), side))
         store(m, OFFSET, chosen(struck, met, load(m, OFFSET)))
-        left = marked(struck)
+        on = marked(larger(again, smaller(short, 1.0 - struck)))
     if marked(over):
         x = _root(
             spread(HALF_TURN) - phi,
@@ -165,7 +186,7 @@ def advance(m: FloatArray, row: FloatArray, start: float, length: float) -> int:
         store(m, PHI, chosen(over, spread(HALF_TURN), load(m, PHI)))
         store(m, FALLEN, chosen(over, spread(1.0), load(m, FALLEN)))
         store(m, FELL_AT, chosen(over, offset + x + start, load(m, FELL_AT)))
-    return left
+    return on, met_base
 
 
 @lent
@@ -179,7 +200,7 @@ def lift(m: FloatArray, row: FloatArray, length: float) -> int:
     offset = load(m, OFFSET)
     resting = 1.0 - above(magnitude(side), zero)
     threshold = load(m, THRESHOLD)
-    k0, k1, k2, k3 = spread(row[0]), spread(row[1]), spread(row[2]), spread(row[3])
+    k0, k1, k2, k3 = spread(row[K0]), spread(row[K1]), spread(row[K2]), spread(row[K3])
     right = offset
     f = multiply_add(multiply_add(multiply_add(k3, right, k2), right, k1), right, k0)
     beyond = above(magnitude(f), threshold)

@@ -16,6 +16,7 @@ from twin.forecast.course import (
     COLUMNS,
     K0,
     LENGTH,
+    LONGEST,
     POSITION,
     START,
     STRONGEST,
@@ -51,6 +52,23 @@ def acceleration(course: FloatArray, t: float) -> float:
 def test_a_cubic_is_found_from_its_ends_and_moments(c: list[float]) -> None:
     rise, mean, moment = c[1] + c[2] + c[3], c[1] / 2 + c[2] / 3 + c[3] / 4, c[1] / 6 + c[2] / 12 + c[3] / 20
     assert cubic(rise, mean, moment) == pytest.approx(c[1:], abs=1e-9)
+
+
+@pytest.mark.parametrize("loop", [TableLoop(), LOOP])
+def test_a_still_base_is_one_interval(loop: TableLoop) -> None:
+    sine = PULSES["sine"].pieces
+    end = float(sine[-1, 1])
+    rest = np.array([[end, end + 3.0, 0.0, 0.0, 0.0, 0.0, 0.0], [end + 3.0, end + 4.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    again = sine.copy()
+    again[:, :2] += end + 4.0
+    course = lay_course(np.concatenate([sine, rest, again]), loop, P, G)
+    still = course[:-1][course[:-1, STRONGEST] == 0.0]
+    # A loop needs some of its time constants to come to rest.
+    assert max(still[:, LENGTH]) / P == pytest.approx(4.0, abs=0.15)
+    assert not still[:, K0 : K0 + 4].any()
+    assert course[:-1, START] + course[:-1, LENGTH] == pytest.approx(course[1:, START], abs=1e-9)
+    moving = course[:-1][course[:-1, STRONGEST] > 0.0]
+    assert moving[:, LENGTH].max() <= LONGEST + 1e-9
 
 
 @pytest.mark.parametrize("name", PULSES)

@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from scipy.special import ndtri
+from scipy.stats import qmc
 
 from excitation import ConstantPulse, CosineWave, Motion, Pulse, Record, SineWave
 from tests.closed_loop import ClosedLoop
@@ -142,6 +144,15 @@ def test_deviates_have_no_mean_and_unit_covariance() -> None:
     assert z.T @ z / FUTURES == pytest.approx(np.eye(DIMENSIONS), abs=1e-12)
     assert not np.array_equal(z, deviates(4))
     assert np.array_equal(z, deviates(3))
+
+
+def test_deviates_lie_where_scipy_lays_them() -> None:
+    shift = np.random.default_rng(3).random(DIMENSIONS)
+    shares = (qmc.Sobol(DIMENSIONS, scramble=False).random(FUTURES) + shift) % 1.0
+    # The deviates are these, turned and stretched a little: the order within a dimension stays that of the shares.
+    plain = ndtri(shares)
+    plain = plain[np.argsort(np.sum(plain * plain, axis=1), kind="stable")]
+    assert np.corrcoef(deviates(3)[1:, 0], plain[1:, 0])[0, 1] > 0.999
 
 
 def test_the_root_of_a_covariance_that_knows_some_of_it_exactly() -> None:

@@ -14,6 +14,7 @@ from excitation.pieces import assemble
 from tests.facts import B6L, LIMIT, P
 from tests.twin.forecast.exact import Start, exact_fate, fast_fates, near_a_boundary
 from twin.forecast.futures import energy_margins
+from twin.forecast.step import CALM, FLIGHT
 from twin.rocking.block import Block
 from twin.rocking.response import Outcome
 from twin.rocking.verdict import barrier_margins
@@ -67,6 +68,36 @@ def test_outcomes_are_those_of_the_exact_solver(kind: int) -> None:
     if late:
         assert np.median(late) < 1e-5
         assert np.percentile(late, 90) < 2e-3
+
+
+@pytest.mark.parametrize("pause", [0.05, 0.4, 1.5, 6.0])
+def test_outcomes_over_a_pause_are_those_of_the_exact_solver(pause: float) -> None:
+    """Two blows with a still base between them, one interval: what rests there, and what still rocks when it ends."""
+    rng = np.random.default_rng([4, round(100 * pause)])
+    wrong = 0
+    for _ in range(12):
+        first, second = random_pulse(rng, 0).pieces, random_pulse(rng, 0).pieces.copy()
+        end = float(first[-1, 1])
+        second[:, :2] += end + pause
+        still = np.array([[end, end + pause, 0.0, 0.0, 0.0, 0.0, 0.0]])
+        pieces = np.concatenate([first, still, second])
+        starts = [random_start(rng) for _ in range(16)]
+        for start, fast in zip(starts, fast_fates(B6L, starts, 0.0, pieces), strict=True):
+            if (fast.margin < 0.0) != (exact_fate(B6L, start, 0.0, pieces).margin < 0.0):
+                wrong += 1
+                assert near_a_boundary(B6L, start, 0.0, pieces), (first, second, start)
+    assert wrong <= 2
+
+
+@given(alpha=st.floats(0.02, 1.5), eta=st.floats(0.0, 0.99), x=st.floats(1e-3, CALM))
+@settings(max_examples=60)
+def test_impacts_end_no_later_than_the_bound_says(alpha: float, eta: float, x: float) -> None:
+    block = Block(math.sin(alpha), math.cos(alpha))
+    p, rate = block.frequency_parameter, x * math.sqrt(alpha * math.sin(alpha))
+    response = simulate(block, restitution=eta, initial_angular_velocity=p * rate)
+    assert response.rest_time is not None
+    flights = FLIGHT * rate / (math.sin(alpha) * (1.0 - eta))
+    assert p * response.rest_time <= flights * (1.0 + 1e-9)
 
 
 def test_known_answers() -> None:
