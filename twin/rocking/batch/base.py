@@ -24,6 +24,7 @@ from twin.rocking.batch.step import (
     PSI,
     RATE,
     RATE_ERROR,
+    RESIDUE,
     SHIFT,
     SIDE,
     STEEPEST,
@@ -36,9 +37,9 @@ from twin.rocking.series import C0 as PIECE_C0
 from twin.rocking.series import C1 as PIECE_C1
 from twin.rocking.series import OMEGA as PIECE_OMEGA
 from twin.rocking.series import PHASE as PIECE_PHASE
-from twin.rocking.series import T0, T1
+from twin.rocking.series import T0, T1, base_acceleration
 from twin.rocking.state import ALPHA, GRAVITY, RESTITUTION, THRESHOLD, P
-from twin.rocking.uplift import UPLIFT_TOLERANCE
+from twin.rocking.uplift import UPLIFT_TOLERANCE, first_uplift
 
 MOVING, STRUCK, FALLEN, STANDING, FALLS_OVER, DOUBT, LIES = range(7)
 # Nearer than this to the threshold of uplift, relatively, or to the end of a piece, 1/p: left to the accurate method.
@@ -47,9 +48,14 @@ FOR_EVER = 1e300
 
 
 @lent
-def take_piece(m: FloatArray, lane: int, body: FloatArray, pieces: FloatArray, index: int) -> None:
-    """Give a lane the `index`-th row of its `pieces`, in units of 1/p and g."""
-    piece = pieces[index]
+def take_piece(
+    m: FloatArray, lane: int, body: FloatArray, pieces: FloatArray, tops: FloatArray | None, motion: int, index: int
+) -> None:
+    """Give a lane the `index`-th row of the pieces of a motion, in units of 1/p and g.
+
+    `tops` are from `strongest_from`, or None.
+    """
+    piece = pieces[motion, index]
     p = body[P]
     g = body[GRAVITY]
     m[BEGIN, lane] = p * piece[T0]
@@ -62,15 +68,25 @@ def take_piece(m: FloatArray, lane: int, body: FloatArray, pieces: FloatArray, i
     m[PHASE, lane] = piece[PIECE_PHASE]
     # A shift in time does not shift a jump of the base acceleration: it becomes an error of the state.
     m[ERROR, lane] += m[SHIFT, lane] * abs(m[RATE, lane])
-    m[RATE_ERROR, lane] += m[SHIFT, lane] * (1.0 + max(m[STRONGEST, lane], _strongest(piece, g)))
+    strongest = _strongest(piece) / g
+    m[RATE_ERROR, lane] += m[SHIFT, lane] * (1.0 + max(m[STRONGEST, lane], strongest))
     m[SHIFT, lane] = 0.0
-    m[STRONGEST, lane] = _strongest(piece, g)
+    m[STRONGEST, lane] = strongest
     m[STEEPEST, lane] = abs(m[C1, lane]) + abs(m[AMPLITUDE, lane]) * m[OMEGA, lane]
-    top = 0.0
-    for k in range(index, pieces.shape[0]):
-        top = max(top, _strongest(pieces[k], g))
+    top = _top(pieces, tops, motion, index) / g
     # atan(x) < pi x / (1 + 2 sqrt(1 + x^2)) (Shafer 1966), at a fifth of its cost.
     m[BARRIER, lane] = -math.pi * top / (1.0 + 2.0 * math.sqrt(1.0 + top * top))
+
+
+@lent
+def _top(pieces: FloatArray, tops: FloatArray | None, motion: int, index: int) -> float:
+    """Return a bound of |a| over the `index`-th piece and all after it, m/s2."""
+    if tops is not None:
+        return tops[motion, index]
+    top = 0.0
+    for k in range(index, pieces.shape[1]):
+        top = max(top, _strongest(pieces[motion, k]))
+    return top
 
 
 @lent
@@ -87,10 +103,20 @@ def still_base(m: FloatArray, lane: int) -> None:
 
 
 @lent
-def _strongest(piece: FloatArray, g: float) -> float:
-    """Return a bound of |a| / g over a piece."""
+def _strongest(piece: FloatArray) -> float:
+    """Return a bound of |a| over a piece, m/s2."""
     ends = max(abs(piece[PIECE_C0]), abs(piece[PIECE_C0] + piece[PIECE_C1] * (piece[T1] - piece[T0])))
-    return (ends + abs(piece[PIECE_AMPLITUDE])) / g
+    return ends + abs(piece[PIECE_AMPLITUDE])
+
+
+@lent
+def strongest_from(pieces: FloatArray, tops: FloatArray) -> None:
+    """Write into `tops`, shape (motions, n), a bound of |a| over each piece and all after it, m/s2."""
+    for motion in range(pieces.shape[0]):
+        top = 0.0
+        for k in range(pieces.shape[1] - 1, -1, -1):
+            top = max(top, _strongest(pieces[motion, k]))
+            tops[motion, k] = top
 
 
 @lent
@@ -124,8 +150,19 @@ def lift(m: FloatArray, lane: int, body: FloatArray, piece: FloatArray) -> int:
             tau += (turn - inside) / m[OMEGA, lane]
         positive = (piece[PIECE_AMPLITUDE] > 0.0) == (halves % 2.0 == 0.0)
     else:
-        # Ramps are in no map: left to the accurate method.
-        return DOUBT
+        start = max(tau / body[P], piece[T0])
+        found = first_uplift(piece, start, piece[T1], body[THRESHOLD])
+        if found < 0.0:
+            m[TAU, lane] = finish
+            return STANDING
+        if found == start:
+            # Above the threshold already: by how little, a rounding of the start may decide.
+            now = base_acceleration(piece, start)
+            if abs(now) <= limit * (1.0 + CLOSE):
+                return DOUBT
+        else:
+            tau = max(tau, body[P] * found)
+        positive = base_acceleration(piece, found) > 0.0
     if abs(tau - finish) <= CLOSE:
         return DOUBT
     if tau > finish:
@@ -137,7 +174,7 @@ def lift(m: FloatArray, lane: int, body: FloatArray, piece: FloatArray) -> int:
     m[PSI, lane] = body[ALPHA]
     m[RATE, lane] = 0.0
     m[ERROR, lane] = 0.0
-    m[RATE_ERROR, lane] = 0.0
+    m[RATE_ERROR, lane] = m[RESIDUE, lane]
     m[SHIFT, lane] = 0.0
     return MOVING
 

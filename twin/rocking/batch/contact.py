@@ -13,6 +13,7 @@ from twin.rocking.batch.step import (
     COEFFICIENTS,
     COSINE,
     ERROR,
+    FAINT,
     FINISH,
     LARGEST_ERROR,
     LENGTH,
@@ -23,6 +24,7 @@ from twin.rocking.batch.step import (
     PSI,
     RATE,
     RATE_ERROR,
+    RESIDUE,
     ROUNDING,
     SHIFT,
     SIDE,
@@ -46,6 +48,8 @@ STEADY = 1.0
 # A slower rebound may come to rest at once, units of p.
 SLOW = 0.05
 UNCLEAR = -2.0
+# Of what counts as a faint rate: a pull as it lifts that is the rounding of the time at which it does.
+FLAT = 1e-7
 # A Newton step below this share is the last: its error is the square of it.
 NEWTON_SHARE = 1e-9
 
@@ -78,7 +82,7 @@ def look(m: FloatArray, lane: int, body: FloatArray, c: FloatArray) -> int:
         known = 1
         if c[1] == 0.0:
             known = 2
-            if c[2] <= 1e-15:
+            if c[2] <= 1e-15 + FLAT * m[FAINT, lane]:
                 c[2] = 0.0
                 known = 3
     contact = NO_ROOT
@@ -189,6 +193,9 @@ def _strike(m: FloatArray, lane: int, body: FloatArray, c: FloatArray, h: float)
     if before >= 0.0:
         return DOUBT
     error, rate_error = _error_after(m, lane, c, h, leaving / before)
+    if -eta * before < m[FAINT, lane] and _faint(m, lane, body, base, -eta * before, error, rate_error):
+        m[TAU, lane] = min(tau, m[FINISH, lane])
+        return STRUCK
     slack = (abs(leaving) + STEADY * abs(before)) * error / (before * before)
     if slack > LINEAR or rate_error > -LINEAR * before:
         return DOUBT
@@ -210,6 +217,27 @@ def _strike(m: FloatArray, lane: int, body: FloatArray, c: FloatArray, h: float)
         elif v == 0.0 and weak > -CLOSE:
             return DOUBT
     return STRUCK
+
+
+@lent
+def _faint(m: FloatArray, lane: int, body: FloatArray, base: float, v: float, error: float, rate_error: float) -> bool:
+    """Put a block that rebounds at a faint rate `v` to rest, if its weight holds it down; tell whether it did.
+
+    What it would still have done stays within `v` of rest: the next time it lifts, that is an error of its rate.
+    """
+    weak = m[SINE, lane] - abs(base) * m[COSINE, lane]
+    if weak <= 0.0 or v * v > 0.05 * weak * weak:
+        return False
+    left_out = v + rate_error + math.sqrt(4.0 * error)
+    m[RESIDUE, lane] = max(m[RESIDUE, lane], left_out)
+    m[SIDE, lane] = 0.0
+    m[PHI, lane] = 0.0
+    m[PSI, lane] = body[ALPHA]
+    m[RATE, lane] = 0.0
+    m[ERROR, lane] = 0.0
+    m[RATE_ERROR, lane] = 0.0
+    m[SHIFT, lane] = 0.0
+    return True
 
 
 @lent

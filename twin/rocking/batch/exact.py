@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from twin.rocking.batch.engine import DOUBTFUL, OVERTURNED, ROCKED, STAYED, Codes, Counts, Numbers, Signs
+from twin.rocking.batch.codes import DOUBTFUL, OVERTURNED, ROCKED, STAYED, Codes, Counts, Numbers, Signs
 from twin.rocking.compiled import FloatArray, compiled
 from twin.rocking.march import FELL, FULL, HALF_TURN, march, march_through
 from twin.rocking.march import UPLIFT as UPLIFT_EVENT

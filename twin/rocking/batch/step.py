@@ -46,7 +46,10 @@ SINES = COEFFICIENTS + ORDER + 1
 COSINES = SINES + ORDER
 MOVED = COSINES + ORDER
 FORCE = MOVED + ORDER + 1
-ROWS = FORCE + ORDER
+# The rate, units of p, below which a rebound counts as rest, and what such rests have left out: an error of the rate.
+FAINT = FORCE + ORDER
+RESIDUE = FAINT + 1
+ROWS = RESIDUE + 1
 # What a lane's step may have met: nothing; the piece's end; contact or pi/2, to be looked at; a fall for good.
 ENDED, LOOK, LOST = 1.0, 2.0, 3.0
 # An error beyond this is not carried on: the cell goes to the accurate method.
