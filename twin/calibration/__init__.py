@@ -1,0 +1,1 @@
+"""What a specimen is, from what it did."""
