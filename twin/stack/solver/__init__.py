@@ -1,0 +1,1 @@
+"""The stack's equations, impacts and events, compiled."""
