@@ -13,14 +13,18 @@ if TYPE_CHECKING:
     from twin.rocking.block import Block
     from twin.rocking.response import Outcome, Response
     from twin.simulation import simulate
+    from twin.stack.response import StackResponse
+    from twin.stack.stack import Stack
 
-__all__ = ["Block", "Outcome", "OverturningMap", "Response", "overturning_map", "simulate"]
+__all__ = ["Block", "Outcome", "OverturningMap", "Response", "Stack", "StackResponse", "overturning_map", "simulate"]
 
 _HOMES = {
     "Block": "twin.rocking.block",
     "Outcome": "twin.rocking.response",
     "OverturningMap": "twin.map.overturning",
     "Response": "twin.rocking.response",
+    "Stack": "twin.stack.stack",
+    "StackResponse": "twin.stack.response",
     "overturning_map": "twin.map.overturning",
     "simulate": "twin.simulation",
 }

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import atexit
+import gc
 import sys
 from importlib import import_module
 
@@ -13,8 +15,10 @@ A shake-table digital twin for rocking blocks.
   twin plan SCENE             what the table can do of a scene and what the block will do; nothing moves
   twin tune SCENE             correct the command of a scene's pulse until the table performs it
   twin map SCENE              which pulses of a grid overturn the block, and which of them the table can run
+  twin sensitivity SCENE      what hangs on the model, the first tilt and the slenderness; perturbed starts
   twin replay FILE.mcap       a recorded run through the same live code again; what if; onto an emulator or a bus
   twin compare A.mcap B.mcap  two recordings, or prediction and measurement of one, impact by impact
+  twin calibrate FILE         what a block is, from how it rocked freely
   twin view FILE.mcap         a recorded run in Rerun
   twin chart                  speed against accuracy of every method, measured on this machine
 """
@@ -28,9 +32,11 @@ COMMANDS = (
     "samples",
     "replay",
     "compare",
+    "calibrate",
     "export",
     "import",
     "map",
+    "sensitivity",
     "chart",
     "view",
     "recover",
@@ -59,7 +65,14 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return its exit code."""
     options = parser().parse_args(arguments)
+    options.arguments = sys.argv[1:] if arguments is None else arguments
+    # What a command imports stays to its end: to look through it for garbage took a tenth of the start, and half a
+    # second as the process ended.
+    gc.disable()
     command = import_module(f"twin.commands.{MODULES.get(options.command, options.command)}")
+    gc.enable()
+    atexit.unregister(gc.freeze)
+    atexit.register(gc.freeze)
     from twin.errors import InputError
 
     try:

@@ -49,7 +49,7 @@ def find_margin(rehearsal: Rehearsal, pulse: Pulse) -> Margin:
     asked: they are the clip's business.
     """
     body = parameters(rehearsal.block, rehearsal.restitution)
-    pieces = _shaking_of(rehearsal)
+    pieces = shaking_of(rehearsal)
     tilt = initial_rotation(rehearsal.scene)
 
     def falls(change: float) -> bool | None:
@@ -75,7 +75,7 @@ def find_margin(rehearsal: Rehearsal, pulse: Pulse) -> Margin:
     return Margin(nearest(1.0), nearest(-1.0), largest)
 
 
-def _shaking_of(rehearsal: Rehearsal) -> Callable[[Pulse], FloatArray]:
+def shaking_of(rehearsal: Rehearsal) -> Callable[[Pulse], FloatArray]:
     """Return what makes the pieces of base motion that decide the outcome of a pulse, as `rehearsal.motion` has them.
 
     From rest that is the pulse with its coast and brake. A block let go with a tilt feels the way to the start as well.

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from excitation import Capacity, Clipped, TableRun
 from excitation.released import Settings
 from twin.achieved import Achieved
-from twin.futures import Futures, draw_futures
 from twin.margin import Margin, find_margin
 from twin.rehearsal import NotPossibleError, Rehearsal, initial_rotation, rehearse
 from twin.rocking.block import Block
@@ -17,6 +16,10 @@ from twin.rocking.validity import Validity
 from twin.scene import Scene
 from twin.simulation import simulate
 from twin.stopping import stop_deceleration
+from twin.uncertainty.foresee import Uncertain, foresee
+from twin.uncertainty.table import AS_ASKED, TableResponse
+from twin.whole_run.check import WholeRun, check_whole_run
+from twin.whole_run.mechanics import TableMechanics
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +39,12 @@ class Plan:
     motion: TableRun | None = None
     response: Response | None = None
     margin: Margin | None = None
-    futures: Futures | None = None
+    uncertain: Uncertain | None = None
     contact: Validity | None = None
     sufficient: Response | None = None
     settings: Settings | None = None
     achieved: tuple[Achieved, ...] = ()
+    whole_run: WholeRun | None = None
 
     @property
     def feasible(self) -> bool:
@@ -64,11 +68,17 @@ class Plan:
 
 
 def plan_run(
-    scene: Scene, capacity: Capacity, achieve: Callable[[Rehearsal], Sequence[Achieved]] = lambda _: ()
+    scene: Scene,
+    capacity: Capacity,
+    achieve: Callable[[Rehearsal], Sequence[Achieved]] = lambda _: (),
+    mechanics: TableMechanics | None = None,
+    response: Callable[[Rehearsal], TableResponse] = lambda _: AS_ASKED,
 ) -> Plan:
     """Plan `scene` on a table of `capacity`: clip, predict, search the margin, draw the futures.
 
-    `achieve` says what is known of the table's own answer to a run; see `twin.achieved`.
+    `achieve` says what is known of the table's own answer to a run; see `twin.achieved`. `mechanics` is how the table
+    moves, for the checks of the whole run; it follows its command exactly unless given. `response` says what base
+    motion the futures feel; see `twin.uncertainty.table`.
 
     Raises
     ------
@@ -89,9 +99,10 @@ def plan_run(
         motion,
         rehearsal.response,
         None if given is None else find_margin(rehearsal, given),
-        draw_futures(rehearsal),
+        foresee(rehearsal, response(rehearsal)),
         rehearsal.response.validity(friction=scene.block.friction),
         simulate(block, motion, restitution=eta, initial_rotation=initial_rotation(scene), model="auto"),
         rehearsal.settings,
         tuple(achieve(rehearsal)),
+        whole_run=check_whole_run(rehearsal, mechanics),
     )

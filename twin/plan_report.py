@@ -11,6 +11,8 @@ from twin.plan import Plan
 from twin.rocking.block import Block
 from twin.rocking.response import Outcome, Response
 from twin.rocking.validity import Validity
+from twin.uncertainty.words import lines as uncertainty_lines
+from twin.whole_run.words import whole_run_lines
 
 
 def sentences(plan: Plan) -> list[str]:
@@ -23,7 +25,7 @@ def sentences(plan: Plan) -> list[str]:
         lines += clip_lines(plan.clipped)
     if plan.settings is not None and plan.motion is not None:
         lines += settings_lines(plan.settings, plan.motion)
-    if plan.response is None or plan.futures is None:
+    if plan.response is None or plan.uncertain is None:
         return [*lines, f"verdict    not feasible: {plan.capacity.name} cannot make this excitation"]
     lines.append(f"predicted  {response_line(plan.response, plan.block.slenderness)}")
     lines += [f"achieved   {achieved.line(plan.block.slenderness)}" for achieved in plan.achieved]
@@ -31,18 +33,14 @@ def sentences(plan: Plan) -> list[str]:
     if plan.contact is not None:
         lines += _contact_lines(plan.contact, plan.block)
     lines.append(_margin_line(plan))
-    twin = plan.scene.twin
-    spreads = (
-        f"restitution +-{twin.restitution_spread:g}, slenderness +-{twin.slenderness_spread_percent:g} %, "
-        f"tilt at the pulse +-{twin.initial_tilt_spread_deg:g} deg"
-    )
-    undecided = f", {plan.futures.undecided} undecided" if plan.futures.undecided else ""
+    lines += uncertainty_lines(plan.uncertain)
     lines.append(_stop_line(plan))
+    if plan.whole_run is not None:
+        lines += whole_run_lines(plan.whole_run)
     if plan.capacity.kinds is not None and plan.capacity.machine is None:
         lines.append(
             f"note       {plan.capacity.name} makes the pulse alone: the way to its start and its end are yours"
         )
-    lines.append(f"futures    {plan.futures.overturned} of {plan.futures.count} overturn{undecided} ({spreads})")
     lines.append(f"verdict    {verdict(plan)}")
     return lines
 
@@ -85,10 +83,12 @@ def verdict(plan: Plan) -> str:
         Outcome.OVERTURNED: "THE BLOCK OVERTURNS",
         Outcome.UNDECIDED: "the outcome is undecided: one rounding of an input changes it",
     }
-    futures = plan.futures
+    uncertain = plan.uncertain
     but = ""
-    if plan.stays_up and futures is not None and futures.overturned > 0:
-        but = f", but {futures.overturned} of {futures.count} futures overturn"
+    if plan.stays_up and uncertain is not None and uncertain.probability.overturned > 0:
+        but = f", but overturns in {uncertain.probability.percent} of its futures"
+    elif not plan.stays_up and uncertain is not None and uncertain.probability.overturned < uncertain.probability.count:
+        but = f" (in {uncertain.probability.percent} of its futures)"
     return f"{can}; {does[plan.response.outcome]}{but}"
 
 
@@ -199,81 +199,3 @@ def _margin_line(plan: Plan) -> str:
     known = [value for value in (margin.down, margin.up) if value is not None]
     both = " and ".join(f"{value:+.2%}" for value in known)
     return f"margin     {nearest:+.2%} of amplitude: then it {change} (nearest changes of outcome: {both})"
-
-
-def as_data(plan: Plan) -> dict[str, object]:
-    """Return the plan for `--json`; SI units, None where something does not exist."""
-    response, margin, futures, clipped = plan.response, plan.margin, plan.futures, plan.clipped
-    return {
-        "scene": plan.scene.name,
-        "feasible_as_asked": plan.feasible,
-        "stays_up": plan.stays_up,
-        "verdict": verdict(plan),
-        "block": {
-            "slenderness_rad": plan.block.slenderness,
-            "frequency_parameter_rad_s": plan.block.frequency_parameter,
-            "restitution": plan.restitution,
-            "uplift_acceleration_m_s2": plan.block.uplift_acceleration,
-        },
-        "table": plan.capacity.model_dump(mode="json"),
-        "clip": None if clipped is None else _clip_data(clipped),
-        "settings": None if plan.settings is None else settings_data(plan.settings),
-        "prediction": None
-        if response is None
-        else {
-            "outcome": response.outcome.value,
-            "peak_rotation_rad": response.peak_rotation,
-            "uplift_time_s": response.uplift_time,
-            "impact_times_s": response.impact_times.tolist(),
-            "impact_rates_rad_s": response.impact_rates.tolist(),
-            "rest_time_s": response.rest_time,
-            "overturning_time_s": response.overturning_time,
-            "rotation_error_rad": response.rotation_error,
-            "model": response.model,
-        },
-        "achieved": [achieved.data() for achieved in plan.achieved],
-        "sufficient_model": None
-        if plan.sufficient is None
-        else {"model": plan.sufficient.model, "reason": plan.sufficient.model_reason},
-        "contact": None if plan.contact is None else _contact_data(plan.contact),
-        "margin": None if margin is None else {"smallest": margin.smallest, "up": margin.up, "down": margin.down},
-        "futures": None
-        if futures is None
-        else {"count": futures.count, "overturned": futures.overturned, "undecided": futures.undecided},
-    }
-
-
-def settings_data(settings: Settings) -> dict[str, object]:
-    """Return what an operator sets on a released machine: its numbers in SI units, what it makes, and the sentence."""
-    return {**settings.numbers, "makes": describe(settings.pulse), "text": settings.sentence}
-
-
-def _contact_data(contact: Validity) -> dict[str, object]:
-    """Return the contact's needs; forces as shares of m g, an infinite friction (the block leaves the base) as None."""
-    needed = contact.friction_needed
-    return {
-        "holds": contact.holds,
-        "friction_needed": needed if math.isfinite(needed) else None,
-        "friction_time_s": contact.friction_time,
-        "least_normal": contact.least_normal,
-        "least_normal_time_s": contact.least_normal_time,
-        "impact_friction": contact.impact_friction,
-        "lift_off_time_s": contact.lift_off_time,
-        "friction": contact.friction,
-        "sliding_time_s": contact.sliding_time,
-        "until_s": contact.until,
-    }
-
-
-def _clip_data(clipped: Clipped) -> dict[str, object]:
-    return {
-        "asked": describe(clipped.asked),
-        "given": None if clipped.given is None else describe(clipped.given),
-        "changed": clipped.changed,
-        "factor": clipped.factor,
-        "limits": [
-            {"name": limit.name, "asked": limit.asked, "limit": limit.limit, "unit": limit.unit, "text": limit.sentence}
-            for limit in clipped.limits
-        ],
-        "suggestion": None if clipped.suggestion is None else describe(clipped.suggestion),
-    }

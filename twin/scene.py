@@ -15,6 +15,7 @@ from twin.scene_faults import FaultPart
 from twin.scene_notes import NOTES, NotesPart
 from twin.scene_parts import PARTS, BlockPart, Excitation, Part, RecordPart, TablePart, TwinPart
 from twin.scene_trips import TRIPS, TripsPart
+from twin.scene_uncertainty import UNCERTAINTY, KnownUncertainty, TableUncertaintyPart, UncertaintyPart
 from twin.text_file import read_text
 
 
@@ -26,6 +27,7 @@ class Scene(Part):
     excitation: Excitation
     table: TablePart
     twin: TwinPart = TwinPart()
+    uncertainty: UncertaintyPart = UncertaintyPart()
     fault: Annotated[tuple[FaultPart, ...], Field(strict=False)] = ()
     notes: NotesPart = NotesPart()
     trips: TripsPart = TripsPart()
@@ -41,6 +43,11 @@ class Scene(Part):
     def folder(self) -> Path:
         """Where relative paths in the scene start."""
         return self._folder
+
+    @property
+    def spreads(self) -> KnownUncertainty:
+        """`[uncertainty]`, with `[twin]`'s spreads where it says nothing."""
+        return self.uncertainty.filled(self.twin)
 
     def pulse(self) -> Pulse | None:
         """Return the excitation asked for, in SI units, times the table's gain; None where nothing shakes.
@@ -68,6 +75,10 @@ class Scene(Part):
     def with_faults(self, faults: list[FaultPart]) -> Scene:
         """Return this scene with more faults."""
         return _placed(self.model_copy(update={"fault": (*self.fault, *faults)}), self._name, self._folder)
+
+    def with_excitation(self, excitation: Excitation) -> Scene:
+        """Return this scene with another excitation; a record's relative path starts at the scene's folder."""
+        return _placed(self.model_copy(update={"excitation": excitation}), self._name, self._folder)
 
     def with_gain(self, gain: float) -> Scene:
         """Return this scene with its whole pulse scaled by `gain`, above 0 and at most 1; raises `InputError`."""
@@ -135,5 +146,7 @@ def _keys_at(place: tuple[str | int, ...]) -> list[str]:
     """Return the keys known at the place of an unknown one."""
     # Of a list of tables the place says which one.
     tables = [name for name in place[:-1] if isinstance(name, str)]
-    model = {**PARTS, **NOTES, **TRIPS, "fault": FaultPart}.get(tables[-1], Scene) if tables else Scene
+    if tables[:2] == ["uncertainty", "table"] and len(tables) == 2:
+        return list(TableUncertaintyPart.model_fields)
+    model = {**UNCERTAINTY, **PARTS, **NOTES, **TRIPS, "fault": FaultPart}.get(tables[-1], Scene) if tables else Scene
     return list(model.model_fields)

@@ -137,10 +137,14 @@ Excitation = Annotated[NoShaking | ConstantPart | WavePart | DoublePulsePart | R
 
 
 class SpecimenPart(Part):
-    """`[table.specimen]`: how the emulated block differs from the twin's, so that the two disagree honestly."""
+    """`[table.specimen]`: how the emulated block differs from the twin's, so that the two disagree honestly.
+
+    `tilt_at_pulse_deg`: it leans by this, at rest, as the pulse begins, and is let go (Ceh 2018, section 3.5).
+    """
 
     restitution_change_percent: Annotated[float, Field(ge=-50, le=50)] = -1.0
     slenderness_change_percent: Annotated[float, Field(ge=-50, le=50)] = 0.5
+    tilt_at_pulse_deg: Annotated[float, Field(ge=-45, le=45)] = 0.0
     rotation_noise_rad: NotNegative = 2e-4
 
 
@@ -165,7 +169,8 @@ class TwinPart(Part):
     """`[twin]`: the live cycle, and the spreads (one standard deviation) of what is not known exactly.
 
     `rotation_noise_rad` is that of one reading of the specimen's sensor, as the observer takes it. `forecast = false`
-    leaves observer and forecast out of the cycle.
+    leaves observer and forecast out of the cycle. The plan draws its futures from the same spreads, unless
+    `[uncertainty]` says otherwise; `futures` and `seed` are the plan's alone.
     """
 
     cycle_hz: Annotated[float, Field(ge=250, le=2000)] = 1000.0
@@ -174,7 +179,7 @@ class TwinPart(Part):
     initial_tilt_spread_deg: NotNegative = 0.1
     rotation_noise_rad: Positive = 1e-3
     forecast: bool = True
-    futures: Annotated[int, Field(ge=1, le=100_000)] = 200
+    futures: Annotated[int, Field(ge=1, le=100_000)] = 10_000
     seed: Annotated[int, Field(ge=0)] = 1
 
 

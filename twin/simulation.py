@@ -1,9 +1,10 @@
-"""`simulate`: a block, a base motion, and what happens."""
+"""`simulate`: a block or a stack, a base motion, and what happens."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, overload
 
 from twin.rocking.block import Block
 from twin.rocking.march import HALF_TURN
@@ -14,15 +15,18 @@ from twin.rocking.models.ladder import AT_REST, AUTO, MODEL_TOLERANCE, choose
 from twin.rocking.response import Response
 from twin.rocking.restitution import Restitution, restitution_ratio
 from twin.rocking.run import STILL_BASE
+from twin.stack.stack import Stack
 
 if TYPE_CHECKING:
     from excitation import Pulse
+    from twin.stack.response import StackResponse
 
 __all__ = ["overturns", "simulate"]
 
 CLOSED_FORM = "closed-form"
 
 
+@overload
 def simulate(
     block: Block,
     pulse: Pulse | None = None,
@@ -36,12 +40,42 @@ def simulate(
     step: float | None = None,
     model: str = "nonlinear",
     model_tolerance: float = MODEL_TOLERANCE,
-) -> Response:
+) -> Response: ...
+@overload
+def simulate(
+    block: Stack,
+    pulse: Pulse | None = None,
+    *,
+    initial_rotation: float | Sequence[float] = 0.0,
+    initial_angular_velocity: float | Sequence[float] = 0.0,
+    duration: float | None = None,
+    tolerance: float = 1e-10,
+    impact_rule: str | None = None,
+    pulling_pivot: str | None = None,
+) -> StackResponse: ...
+def simulate(
+    block: Block | Stack,
+    pulse: Pulse | None = None,
+    *,
+    restitution: Restitution = None,
+    initial_rotation: float | Sequence[float] = 0.0,
+    initial_angular_velocity: float | Sequence[float] = 0.0,
+    duration: float | None = None,
+    tolerance: float = 1e-10,
+    method: str | None = None,
+    step: float | None = None,
+    model: str = "nonlinear",
+    model_tolerance: float = MODEL_TOLERANCE,
+    impact_rule: str | None = None,
+    pulling_pivot: str | None = None,
+) -> Response | StackResponse:
     """Return how `block` answers `pulse`: nonlinear equation, every impact at its exact time.
 
     Parameters
     ----------
-    block : Block
+    block : Block or Stack
+        For a stack see `twin.stack.simulation.simulate_stack`: it takes an initial rotation and velocity for each of
+        its blocks, no `restitution` (its interfaces have `impulse_shares`) and neither method, step nor model.
     pulse : Pulse, optional
         Base motion; None for free rocking.
     restitution : float or Improved, optional
@@ -66,11 +100,13 @@ def simulate(
     model_tolerance : float
         With "auto", the relative error of the peak rotation and of the times of impacts and rest (from uplift on)
         allowed to a simpler model, above 0 and below 1.
+    impact_rule, pulling_pivot : str, optional
+        Of a stack; see `simulate_stack`.
 
     Returns
     -------
-    Response
-        The outcome is for ever: once the pulse is over, the state decides, whatever the duration.
+    Response or StackResponse
+        The outcome of one block is for ever: once the pulse is over, the state decides, whatever the duration.
 
     Raises
     ------
@@ -88,6 +124,17 @@ def simulate(
     ----------
     G. W. Housner, Bull. Seism. Soc. Am. 53(2), 1963; N. Ceh, doctoral thesis, Rijeka 2018, chapter 3.
     """
+    if isinstance(block, Stack):
+        settings = (restitution, method, step, None if model == NONLINEAR else model)
+        if settings != (None,) * 4 or model_tolerance != MODEL_TOLERANCE:
+            raise ValueError("a stack has its own restitution and one method: give impulse_shares to the Stack instead")
+        return _stacked(
+            block, pulse, initial_rotation, initial_angular_velocity, duration, tolerance, impact_rule, pulling_pivot
+        )
+    if impact_rule is not None or pulling_pivot is not None:
+        raise ValueError("impact_rule and pulling_pivot are for a stack; for one block give restitution")
+    if isinstance(initial_rotation, Sequence) or isinstance(initial_angular_velocity, Sequence):
+        raise ValueError("one block has one initial rotation and one initial angular velocity: give numbers")
     eta = restitution_ratio(block, restitution)
     _check(initial_rotation, initial_angular_velocity, duration, tolerance, step, model, model_tolerance)
     problem = Problem(
@@ -114,6 +161,31 @@ def simulate(
     if model not in solver.models:
         raise MethodRefused(f"{solver.name} solves the {', '.join(solver.models)} model; asked for {model}")
     return Response(block, eta, solver.name, model, solver.solve(problem), pulse, reason)
+
+
+def _stacked(
+    stack: Stack,
+    pulse: Pulse | None,
+    rotation: float | Sequence[float],
+    rate: float | Sequence[float],
+    duration: float | None,
+    tolerance: float,
+    impact_rule: str | None,
+    pulling_pivot: str | None,
+) -> StackResponse:
+    # Its machine code is not loaded in vain.
+    from twin.stack.simulation import IMPACT_RULES, PULLING_PIVOTS, simulate_stack
+
+    return simulate_stack(
+        stack,
+        pulse,
+        initial_rotation=rotation,
+        initial_angular_velocity=rate,
+        duration=duration,
+        tolerance=tolerance,
+        impact_rule=next(iter(IMPACT_RULES)) if impact_rule is None else impact_rule,
+        pulling_pivot=next(iter(PULLING_PIVOTS)) if pulling_pivot is None else pulling_pivot,
+    )
 
 
 def _closed_form(problem: Problem) -> Solution:

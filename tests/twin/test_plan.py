@@ -16,15 +16,26 @@ from excitation import SineWave
 from tests.facts import B6L, BOUNDARIES, LIMIT, P
 from tests.twin.conftest import FREE, short_scene
 from twin.errors import InputError
-from twin.margin import _shaking_of  # pyright: ignore[reportPrivateUsage]
+from twin.margin import shaking_of
 from twin.plan import plan_run
-from twin.plan_picture import draw_plan
-from twin.plan_report import as_data, sentences
+from twin.plan_data import as_data
+from twin.plan_page.page import write_page
+from twin.plan_report import sentences
 from twin.rehearsal import rehearse
 from twin.rocking.response import Outcome
 from twin.scene import load_scene, parse_scene, shipped_scenes
 
 KOBE = Path(__file__).resolve().parents[3] / "shared" / "data" / "kobe1995_nishi_akashi_090.at2"
+
+
+STILL = """
+        restitution_spread = 0
+        slenderness_spread_percent = 0
+        initial_tilt_spread_deg = 0
+        [uncertainty]
+        size_percent = { spread = 0 }
+        table.gain_percent = { spread = 0 }
+"""
 
 
 def sine_scene(amplitude: float, frequency: float, extra: str = "") -> str:
@@ -55,8 +66,8 @@ def test_every_shipped_scene_can_be_run_as_asked_and_stays_up(name: str) -> None
     plan = plan_run(scene, find_device(scene.table.device).capacity)
     assert plan.feasible
     assert plan.stays_up
-    assert plan.futures is not None
-    assert plan.futures.count == 200
+    assert plan.uncertain is not None
+    assert plan.uncertain.probability.count == 10_000
 
 
 @pytest.mark.parametrize("frequency", [2, 4])
@@ -127,15 +138,14 @@ def test_the_margin_of_a_double_pulse_ends_where_its_gap_does() -> None:
 
 
 def test_a_tilted_block_is_let_go_at_the_same_time_in_every_part_of_the_plan() -> None:
-    still = "restitution_spread = 0\nslenderness_spread_percent = 0\ninitial_tilt_spread_deg = 0"
-    text = sine_scene(1.35, 3.4, still).replace("height_mm = 270", "height_mm = 270\ninitial_rotation_deg = 5")
+    text = sine_scene(1.35, 3.4, STILL).replace("height_mm = 270", "height_mm = 270\ninitial_rotation_deg = 5")
     plan = plan_run(scene_of(text), ST3)
     assert plan.response is not None
-    assert plan.futures is not None
+    assert plan.uncertain is not None
     assert plan.margin is not None
     fell = plan.response.outcome is Outcome.OVERTURNED
-    assert plan.futures.overturned == (20 if fell else 0)
-    peaks = [response.peak_rotation for response in plan.futures.responses]
+    assert plan.uncertain.probability.overturned == (20 if fell else 0)
+    peaks = [response.peak_rotation for response in plan.uncertain.responses]
     assert peaks == pytest.approx([plan.response.peak_rotation] * 20, rel=1e-9)
     # Just beyond the margin the outcome is the other one.
     change = plan.margin.smallest
@@ -165,7 +175,7 @@ def test_the_margin_brakes_like_the_run_where_the_jerk_is_limited(amplitude: flo
     rehearsal = rehearse(scene, ST3.model_copy(update={"jerk": 20.0, "stroke": 1.0}))
     assert rehearsal.given is not None
     made = rehearsal.motion.shaking
-    laid = _shaking_of(rehearsal)(rehearsal.given)
+    laid = shaking_of(rehearsal)(rehearsal.given)
     t = np.linspace(0.0, made.duration, 1000)[1:-1]
     rows = np.searchsorted(laid[:, 0], t, side="right") - 1
     assert laid[-1, 1] == pytest.approx(made.duration, abs=1e-9)
@@ -178,20 +188,19 @@ def test_futures_repeat_with_their_seed() -> None:
     text = sine_scene(1.2, 2)
     first, again = plan_run(scene_of(text), ST3), plan_run(scene_of(text), ST3)
     other = plan_run(scene_of(text.replace("futures = 20", "futures = 20\nseed = 7")), ST3)
-    assert first.futures is not None
-    assert again.futures is not None
-    assert other.futures is not None
-    assert first.futures.overturned == again.futures.overturned
-    peaks = [[response.peak_rotation for response in plan.futures.responses] for plan in (first, again, other)]
+    assert first.uncertain is not None
+    assert again.uncertain is not None
+    assert other.uncertain is not None
+    assert first.uncertain.probability.overturned == again.uncertain.probability.overturned
+    peaks = [[response.peak_rotation for response in plan.uncertain.responses] for plan in (first, again, other)]
     assert peaks[0] == peaks[1] != peaks[2]
 
 
 def test_no_spread_no_difference() -> None:
-    still = "restitution_spread = 0\nslenderness_spread_percent = 0\ninitial_tilt_spread_deg = 0"
-    plan = plan_run(scene_of(sine_scene(1.2, 2, still)), ST3)
-    assert plan.futures is not None
+    plan = plan_run(scene_of(sine_scene(1.2, 2, STILL)), ST3)
+    assert plan.uncertain is not None
     assert plan.response is not None
-    peaks = [response.peak_rotation for response in plan.futures.responses]
+    peaks = [response.peak_rotation for response in plan.uncertain.responses]
     assert peaks == pytest.approx([plan.response.peak_rotation] * 20, rel=1e-6)
 
 
@@ -212,14 +221,14 @@ def test_a_mass_beyond_the_payload_is_refused() -> None:
 def test_pictures(ending: str, tmp_path: Path) -> None:
     plan = plan_run(short_scene(), ST3)
     path = tmp_path / f"plan.{ending}"
-    draw_plan(plan, path)
+    write_page(plan, path)
     assert path.stat().st_size > 10_000
     with pytest.raises(InputError, match="ends in"):
-        draw_plan(plan, tmp_path / "plan.xyz")
+        write_page(plan, tmp_path / "plan.xyz")
 
 
 def test_a_picture_of_what_cannot_be_made(tmp_path: Path) -> None:
-    draw_plan(plan_run(load_scene("b6l_sine"), AIR_TRACK), tmp_path / "plan.png")
+    write_page(plan_run(load_scene("b6l_sine"), AIR_TRACK), tmp_path / "plan.png")
     assert (tmp_path / "plan.png").exists()
 
 

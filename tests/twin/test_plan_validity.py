@@ -12,7 +12,8 @@ from twin import Block, simulate
 from twin.commands.inputs import capacity_for
 from twin.errors import InputError
 from twin.plan import Plan, plan_run
-from twin.plan_report import as_data, sentences
+from twin.plan_data import as_data
+from twin.plan_report import sentences
 from twin.scene import parse_scene
 
 SCENE = """

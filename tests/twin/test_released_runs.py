@@ -25,8 +25,9 @@ from twin.live import perform
 from twin.live_loop import Ends, Watch
 from twin.margin import find_margin
 from twin.plan import plan_run
-from twin.plan_picture import draw_plan
-from twin.plan_report import as_data, sentences
+from twin.plan_data import as_data
+from twin.plan_page.page import write_page
+from twin.plan_report import sentences
 from twin.provenance import processor, versions
 from twin.rehearsal import planned_settings, rehearse
 from twin.rocking.response import Outcome
@@ -122,7 +123,7 @@ def test_a_plan_says_what_to_set_and_what_it_makes(scene: Scene, capacity, tmp_p
     data = as_data(plan)
     assert isinstance(data["settings"], dict)
     assert data["settings"]["text"] == plan.settings.sentence
-    draw_plan(plan, tmp_path / "plan.png")
+    write_page(plan, tmp_path / "plan.png")
     assert (tmp_path / "plan.png").stat().st_size > 10_000
 
 
@@ -149,8 +150,8 @@ def test_the_margin_is_that_of_the_machines_run() -> None:
 def test_a_tilted_block_feels_the_whole_run() -> None:
     plan = plan_run(air_track(block="initial_rotation_deg = 3"), AIR_TRACK)
     assert plan.margin is not None
-    assert plan.futures is not None
-    assert plan.futures.start == 0.0
+    assert plan.uncertain is not None
+    assert plan.uncertain.start == 0.0
     assert plan.response is not None
     assert plan.response.uplift_time == 0.0
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from twin.chart.solvers import NONE, STEP, Solver
 from twin.chart.task import B6L, Answer, Task, difference, sample_times, sine
 from twin.map.overturning import overturning_map
-from twin.rocking.batch.engine import OVERTURNED, UNDECIDED
+from twin.rocking.batch.codes import OVERTURNED, UNDECIDED
 from twin.rocking.compiled import FloatArray
 from twin.rocking.run import local_tolerance, parameters
 from twin.simulation import overturns

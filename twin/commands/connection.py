@@ -40,13 +40,17 @@ RESERVED = ("interface", "bustype", "channel", "ignore_config", "config_context"
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """An opened table, how its specimen is let go, the scene's faults for the live loop, its clock, and its bus."""
+    """An opened table, how its specimen is let go, the scene's faults for the live loop, its clock, and its bus.
+
+    `specimen` is what stands on a table emulated in this process.
+    """
 
     table: Cia402Table | ReleasedTable | HilTable
     release: Callable[[], None]
     faults: Injection
     clock: Clock
     bus: CanBus | None = None
+    specimen: Specimen | None = None
 
     def frames(self) -> str:
         """Return what was heard on the bus that was no answer."""
@@ -78,13 +82,13 @@ def connect(
             return
         waiting = _patience(scene, entry)
         idle: Callable[[], None] | None = None
-        release: Callable[[], None] = _nothing
+        specimen: Specimen | None = None
         channel = None
         sides: tuple[Side, ...] = ("host", "emulator") if options.bus == "virtual" else ("host",)
         injector = injector_for(scene, clock, *sides)
         if options.bus == "virtual":
             channel = f"twin-{os.getpid()}"
-            specimen = None if empty else specimen_of(scene)
+            specimen = None if empty else specimen_of(scene, capacity)
             other = stack.enter_context(bus_of(options, channel))
             emulator = emulate(
                 entry,
@@ -98,8 +102,6 @@ def connect(
                 payload=payload,
             )
             idle = emulator.service
-            if specimen is not None:
-                release = specimen.release
         bus = stack.enter_context(bus_of(options, channel))
         if injector is not None:
             bus = injector.host_bus(bus, lambda: stack.enter_context(bus_of(options, channel)))
@@ -118,7 +120,8 @@ def connect(
             )
         except BusUnavailable as error:
             raise InputError(str(error)) from None
-        yield Connection(table, release, Injection(injector, clock), clock or WallClock(), bus)
+        release = _nothing if specimen is None else specimen.release
+        yield Connection(table, release, Injection(injector, clock), clock or WallClock(), bus, specimen)
 
 
 def emulate(

@@ -37,11 +37,11 @@ def run(options: argparse.Namespace) -> int:
     try:
         with bus_of(options) as bus:
             # The emulator holds the block until its drive is enabled: two cycles before the host's first.
-            specimen = specimen_of(scene, held=False)
+            capacity = capacity_for(scene)
+            specimen = specimen_of(scene, capacity, held=False)
             injector = injector_for(scene, None, "emulator")
             if injector is not None:
                 injector.schedule.announce = _say
-            capacity = capacity_for(scene)
             for line in emulator_lines(emulator_numbers(scene), scene, capacity):
                 print(line, file=sys.stderr)
             emulator = emulate(entry, bus, scene, capacity, specimen, injector=injector)

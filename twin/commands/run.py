@@ -7,28 +7,30 @@ import json
 import sys
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from datetime import UTC, datetime
 from pathlib import Path
 
 from devices.clock import SPIN_IN_REAL_TIME, ManualClock, WallClock
 from devices.errors import DeviceError
 from devices.positioning import bring_to, distance_to
-from devices.scheduling import locked_memory, real_time
+from devices.scheduling import undisturbed
 from recordings.can_traffic import CanTap
 from recordings.errors import RecordingError
 from recordings.foreseen import FORESIGHT_METADATA, foresight_metadata
 from recordings.geometry import Geometry
 from recordings.live_view import LiveView
 from recordings.recorder import Recorder
+from twin.campaign import is_campaign
 from twin.commands.arming import check_arming, confirm, dry_run, outlives, staged
+from twin.commands.campaign_run import Performed, run_campaign
 from twin.commands.connection import EMULATOR, Connection, connect, device_for
 from twin.commands.emulator_words import emulator_data, emulator_lines
 from twin.commands.injection import with_asked_faults
 from twin.commands.inputs import capacity_for, emulator_numbers
 from twin.commands.latch import latch, operator_name, reset
 from twin.commands.operator import interruptible
-from twin.commands.outlook import table_loop, twin_of_run
+from twin.commands.outlook import stoppable_until, table_loop, twin_of_run
 from twin.commands.progress import Progress, compiling
 from twin.commands.run_metadata import node_answers
 from twin.commands.run_words import after, as_data, before, closing, opening
@@ -48,15 +50,27 @@ from twin.tuning.report import errors_line, reproduction_data
 
 
 def run(options: argparse.Namespace) -> int:
-    """Perform the scene; 0 performed and recorded, 1 tripped or not recorded whole."""
+    """Perform the scene, or a campaign; 0 performed and recorded, 1 tripped or not recorded whole."""
+    if is_campaign(options.scene):
+        return run_campaign(options, perform_scene)
+    if options.yes or options.restart:
+        raise InputError(f"--{'yes' if options.yes else 'restart'} belongs to a campaign, which {options.scene} is not")
+    performed = perform_scene(options, staged(options), None)
+    if options.json and performed.said is not None:
+        print(json.dumps(performed.said, indent=2, allow_nan=False))
+    return performed.code
+
+
+def perform_scene(options: argparse.Namespace, asked: Scene, path: Path | None) -> Performed:
+    """Perform one scene and record it into `path`, or `--out`, or ./runs; with `--json` the caller says what it was."""
     elsewhere = options.device == EMULATOR and options.bus != "virtual"
-    scene = with_asked_faults(staged(options), options, "host" if elsewhere else None)
+    scene = with_asked_faults(asked, options, "host" if elsewhere else None)
     entry = device_for(options, scene)
     check_arming(options, entry)
     capacity = capacity_for(scene)
-    path = options.out or Path("runs") / f"{scene.name}-{datetime.now(UTC):%Y%m%dT%H%M%S}.mcap"
-    if path.suffix.lower() != ".mcap":
-        raise InputError(f"--out {path}: a recording ends in .mcap")
+    place: Path = path or options.out or Path("runs") / f"{scene.name}-{datetime.now(UTC):%Y%m%dT%H%M%S}.mcap"
+    if place.suffix.lower() != ".mcap":
+        raise InputError(f"--out {place}: a recording ends in .mcap")
     with compiling(quiet=options.json):
         rehearsal = rehearse(scene, capacity)
         warm_up()
@@ -67,7 +81,7 @@ def run(options: argparse.Namespace) -> int:
     expected = "\n".join([*before(scene, rehearsal), *emulator_lines(numbers, scene, capacity), *tuned.lines])
     print(expected, file=sys.stderr if options.json else sys.stdout, flush=True)
     if dry_run(entry, options):
-        return 0
+        return Performed(0)
     confirm(entry, options)
     acknowledged = reset(entry.name, options.operator or operator_name()) if options.reset else None
     metadata = {**opening(scene, rehearsal, options), "tuned": tuned.data, "emulator": emulator_data(numbers)}
@@ -79,8 +93,10 @@ def run(options: argparse.Namespace) -> int:
             metadata["device_answers"] = node_answers(link.table)
             if scene.twin.forecast:
                 loop = table_loop(scene, tuned=tuned.targets is not None)
-                metadata[FORESIGHT_METADATA] = foresight_metadata(loop, capacity.stroke, capacity.acceleration)
-            recorder = Recorder(path, metadata, geometry)
+                metadata[FORESIGHT_METADATA] = foresight_metadata(
+                    loop, capacity.stroke, capacity.acceleration, stoppable_until(rehearsal)
+                )
+            recorder = Recorder(place, metadata, geometry)
             stack.callback(recorder.finish)
             if options.can_traffic and link.bus is not None:
                 link.bus.tap = CanTap(recorder)
@@ -104,20 +120,18 @@ def run(options: argparse.Namespace) -> int:
     except DeviceError as error:
         raise InputError(f"{scene.table.device}: {error}") from None
     if report.tripped is not None and outlives(options):
-        latch(entry.name, report.tripped, path)
+        latch(entry.name, report.tripped, place)
     if not options.json:
         lines = after(report, written)
         if achieved is not None:
             lines.append(f"table      {errors_line(achieved)}")
         print("\n".join(lines), flush=True)
-    rrd = None if options.no_rrd else _rrd(path)
-    if options.json:
-        said = {**as_data(scene, report, written, rrd), "tuned": tuned.data}
-        said["reproduction"] = None if achieved is None else reproduction_data(achieved)
-        print(json.dumps(said, indent=2, allow_nan=False))
-    elif rrd is not None:
+    rrd = _rrd(place) if (not options.fast if options.rrd is None else options.rrd) else None
+    if rrd is not None and not options.json:
         print(f"rerun      {rrd}")
-    return 0 if report.tripped is None and written.complete else 1
+    said = {**as_data(scene, report, written, rrd), "tuned": tuned.data}
+    said["reproduction"] = None if achieved is None else reproduction_data(achieved)
+    return Performed(0 if report.tripped is None and written.complete else 1, report, place, said)
 
 
 def _perform(
@@ -151,8 +165,7 @@ def _perform(
                 link.faults.announce(sink)
                 with (
                     Progress(length, quiet=options.json) as progress,
-                    locked_memory() as memory,
-                    real_time() as scheduling,
+                    nullcontext("simulated time") if options.fast else undisturbed() as scheduling,
                 ):
                     watch = Watch(
                         stopped=lambda: operator.stopped() or trouble() or link.faults.stopped(),
@@ -174,7 +187,7 @@ def _perform(
                         targets=targets,
                         watch=watch,
                     )
-                report.scheduling = "simulated time" if options.fast else f"{scheduling}; {memory}"
+                report.scheduling = scheduling
                 if report.tripped is None:
                     table.disable()
         except DeviceError as error:

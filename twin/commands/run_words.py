@@ -11,7 +11,8 @@ from recordings.recorder import RecorderReport
 from twin.commands.connection import Connection
 from twin.commands.drivers import driver_of
 from twin.commands.run_metadata import answer_times, excitation_metadata, notes, seeds
-from twin.plan_report import clip_lines, response_line, settings_data, settings_lines
+from twin.plan_data import settings_data
+from twin.plan_report import clip_lines, response_line, settings_lines
 from twin.provenance import processor, versions
 from twin.ramp_down import ramp_down_lines, ramp_downs
 from twin.rehearsal import Rehearsal
@@ -123,7 +124,8 @@ def after(report: RunReport, written: RecorderReport) -> list[str]:
         f"cycles     {report.executed} executed, {report.missed} missed (overruns)"
         + (f", {report.stopping} on the way down" if report.stopping else ""),
         f"timing     late by {late}; work {t['work_p50_us']:.0f} us (median), {t['work_p99_us']:.0f} (99 %); "
-        f"the twin's own {t['twin_p50_us']:.0f} us (median), {t['twin_p999_us']:.0f} (99.9 %) of processor time; "
+        f"the twin's own {t['twin_p50_us']:.0f} us (median), {t['twin_p99_us']:.0f} (99 %), "
+        f"{t['twin_p999_us']:.0f} (99.9 %) of processor time; "
         f"{report.scheduling}",
         *(f"advice     {moment:.3f} s: {words}" for moment, words in report.advice),
         *(f"trip       {trip.time:.3f} s: {trip.name}: {trip.reason}" for trip in report.trips if not trip.stops),

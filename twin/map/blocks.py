@@ -11,18 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.map.grid import Grid
-from twin.rocking.batch.engine import (
-    COARSE,
-    DOUBTFUL,
-    FINE,
-    IMPOSSIBLE,
-    OVERTURNED,
-    ROCKED,
-    STAYED,
-    UNDECIDED,
-    UNSETTLED,
-    quick_look,
-)
+from twin.rocking.batch.codes import DOUBTFUL, IMPOSSIBLE, OVERTURNED, ROCKED, STAYED, UNDECIDED, UNSETTLED
+from twin.rocking.batch.engine import COARSE, FINE, quick_look
 from twin.rocking.batch.exact import accurate_look
 from twin.rocking.compiled import FloatArray
 from twin.rocking.methods import NONLINEAR

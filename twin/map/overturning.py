@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from twin.map.blocks import OUTCOMES, Answer, Question, answers, block_ranges
 from twin.map.grid import Grid, make_grid
-from twin.rocking.batch.engine import OVERTURNED
+from twin.rocking.batch.codes import OVERTURNED
 from twin.rocking.block import Block
 from twin.rocking.compiled import FloatArray
 from twin.rocking.march import HALF_TURN

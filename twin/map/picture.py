@@ -16,7 +16,7 @@ from twin.map.blocks import Question
 from twin.map.capacity import reachable
 from twin.map.grid import CONSTANT, COSINE, DOUBLE_PULSE, LASTING_SINE, SINE, Grid
 from twin.map.store import MapStore
-from twin.rocking.batch.engine import IMPOSSIBLE, OVERTURNED, ROCKED, STAYED, UNDECIDED
+from twin.rocking.batch.codes import IMPOSSIBLE, OVERTURNED, ROCKED, STAYED, UNDECIDED
 from twin.rocking.compiled import FloatArray
 
 Picture = NDArray[np.uint8]

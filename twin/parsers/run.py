@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
 from twin.parsers import arguments
@@ -12,8 +13,9 @@ def add(commands: arguments.Commands) -> None:
     parser = arguments.command(
         commands,
         "run",
-        "perform a scene live, prediction beside measurement, and record it",
-        "exit codes: 0 performed and recorded, 1 tripped (the table was stopped) or not recorded whole, 2 bad input",
+        "perform a scene live, prediction beside measurement, and record it; or a campaign's runs one after another",
+        "exit codes: 0 performed and recorded, 1 tripped (the table was stopped), not recorded whole, or a campaign "
+        "not at its end, 2 bad input",
     )
     arguments.scene(parser)
     arguments.device(parser)
@@ -36,7 +38,10 @@ def add(commands: arguments.Commands) -> None:
         help="acknowledge the trip or fault the last run left behind, once its cause is gone; it is recorded",
     )
     parser.add_argument(
-        "--out", type=Path, metavar="FILE.mcap", help="where to record (default: ./runs/SCENE-TIME.mcap)"
+        "--out",
+        type=Path,
+        metavar="FILE.mcap",
+        help="where to record (default: ./runs/SCENE-TIME.mcap); of a campaign the folder",
     )
     parser.add_argument(
         "--view", action="store_true", help="open a Rerun viewer (on 127.0.0.1) and follow the run in it"
@@ -48,4 +53,14 @@ def add(commands: arguments.Commands) -> None:
         action="store_true",
         help="record every CAN frame too (about 5 a cycle; `twin export --to blf` gives them to other CAN tools)",
     )
-    parser.add_argument("--no-rrd", action="store_true", help="write no .rrd beside the recording")
+    parser.add_argument(
+        "--yes", action="store_true", help="a campaign on an emulator: go on from run to run without being asked"
+    )
+    parser.add_argument(
+        "--restart", action="store_true", help="begin a campaign again, though some of its runs were performed"
+    )
+    parser.add_argument(
+        "--rrd",
+        action=argparse.BooleanOptionalAction,
+        help="write a Rerun file beside the recording (default: yes, but with --fast no: it takes as long as the run)",
+    )

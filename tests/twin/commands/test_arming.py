@@ -55,7 +55,7 @@ def test_a_kept_trip_holds_an_armed_run(capsys: pytest.CaptureFixture[str]) -> N
 def test_simulated_time_gives_the_same_recording_twice(capsys: pytest.CaptureFixture[str]) -> None:
     seen = []
     for name in ("one", "two"):
-        assert main(["run", "b6l_free", "--fast", "--no-rrd", "--json", "--out", f"{name}.mcap"]) == 0
+        assert main(["run", "b6l_free", "--fast", "--json", "--out", f"{name}.mcap"]) == 0
         said = json.loads(capsys.readouterr().out)
         assert said["scheduling"] == "simulated time"
         seen.append((said["predicted"], said["measured"], said["cycles"]["executed"], said["cycles"]["missed"]))
