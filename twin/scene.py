@@ -70,7 +70,8 @@ class Scene(Part):
     def with_record(self, path: Path, scale: float = 1.0) -> Scene:
         """Return this scene shaken by a record file instead; `path` starts at the working folder."""
         record = RecordPart(kind="record", path=str(path.absolute()), scale=scale)
-        return _placed(self.model_copy(update={"excitation": record}), self._name, self._folder)
+        changed = self.model_copy(update={"excitation": record, "title": f"under {path.name}"})
+        return _placed(changed, self._name, self._folder)
 
     def with_faults(self, faults: list[FaultPart]) -> Scene:
         """Return this scene with more faults."""
