@@ -123,6 +123,8 @@ def find_impacts(
     hidden = _hidden(time, clean, gaps, brackets, band)
     fitted = fit_impacts(time, rotation, _windows(time, clean, brackets, step), deviation)
     found = _impacts(brackets, fitted, deviation, band, hidden)
+    # A fit to little but noise may point outside of what was recorded.
+    np.clip(found.time, time[0], time[-1], out=found.time)
     high = np.minimum(_highest(clean, brackets.begin, brackets.last), _highest(clean, brackets.first, brackets.end))
     low = high < SURE * band
     found.restitution[low] = found.restitution_error[low] = np.nan

@@ -21,7 +21,7 @@ class Probability:
     --------
     >>> p = Probability(200, 22)
     >>> p.estimate, round(p.low, 4), round(p.high, 4)
-    (0.11, 0.0703, 0.1618)
+    (0.11, 0.0702, 0.1618)
     >>> Probability(1000, 0).percent
     '0 % (0 to 0.37 %)'
     """

@@ -211,7 +211,7 @@ def test_run_does_not_overwrite(recording: tuple[Path, dict[str, object]], capsy
         (["plan", "--record", "missing.at2"], "cannot read"),
         (["plan", "--scale", "2"], "--scale belongs to a record"),
         (["plan", "--record", "x.at2", "--scale", "nan"], "must be finite"),
-        (["plan", "--out", "plan.xyz"], "ends in .png"),
+        (["plan", "--out", "plan.xyz"], "a page ends in .pdf, .png, .svg or .html"),
         (["replay", "missing.mcap"], "cannot be read"),
         (["replay", __file__], "is not an MCAP file"),
         (["replay", __file__, "--speed", "0"], "--speed is 0.0"),

@@ -60,7 +60,7 @@ def outcomes_of(bodies: FloatArray, pieces: FloatArray, motions: Numbers, rotati
     >>> bodies = np.array([parameters(block, 0.93), parameters(block, 0.2)])
     >>> pieces = SineWave(4.0, 2.0).pieces[None]
     >>> outcomes_of(bodies, pieces, np.zeros(2, dtype=np.int64), np.zeros(2)).directions
-    array([-1,  0], dtype=int8)
+    array([1, 0], dtype=int8)
     """
     n = len(bodies)
     ranges = [slice(start, min(start + AT_ONCE, n)) for start in range(0, n, AT_ONCE)]
