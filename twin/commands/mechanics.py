@@ -5,29 +5,11 @@ from __future__ import annotations
 import math
 from typing import Protocol, runtime_checkable
 
-from devices.errors import UnknownDevice
 from excitation import Capacity
-from twin.commands.inputs import device_of, emulator_numbers
+from twin.commands.following import following_of
+from twin.commands.inputs import device_of
 from twin.scene import Scene
 from twin.whole_run.mechanics import TableMechanics
-
-
-class _Loop(Protocol):
-    @property
-    def angular_frequency(self) -> float: ...
-
-    @property
-    def damping(self) -> float: ...
-
-    @property
-    def transport_delay(self) -> float: ...
-
-
-@runtime_checkable
-class _Following(Protocol):
-    """Numbers of a table that know how it follows its command with a payload, kg, on it."""
-
-    def loop(self, payload: float = 0.0) -> _Loop: ...
 
 
 @runtime_checkable
@@ -57,11 +39,8 @@ def mechanics_of(scene: Scene, capacity: Capacity) -> TableMechanics:
     InputError
         Where the numbers of the scene's capacity file make no sense.
     """
-    try:
-        numbers = emulator_numbers(scene)
-    except UnknownDevice:
-        numbers = None
-    if not isinstance(numbers, _Following):
+    numbers = following_of(scene)
+    if numbers is None:
         return TableMechanics()
     payload = scene.block.mass_kg or 0.0
     loop = numbers.loop(payload)

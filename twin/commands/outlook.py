@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol, runtime_checkable
 
-from devices.errors import UnknownDevice
-from twin.commands.inputs import emulator_numbers
+from twin.commands.following import following_of
 from twin.commands.recording import live_twin
 from twin.forecast.loop import TableLoop
 from twin.foresight import foresight
@@ -15,35 +13,14 @@ from twin.rehearsal import Rehearsal
 from twin.scene import Scene
 
 
-class _Loop(Protocol):
-    @property
-    def angular_frequency(self) -> float: ...
-
-    @property
-    def damping(self) -> float: ...
-
-    @property
-    def transport_delay(self) -> float: ...
-
-
-@runtime_checkable
-class _Following(Protocol):
-    """Numbers of a table that know how it follows its command with a payload, kg, on it."""
-
-    def loop(self, payload: float = 0.0) -> _Loop: ...
-
-
 def table_loop(scene: Scene, *, tuned: bool = False) -> TableLoop:
     """Return how the scene's table follows its command.
 
     A corrected command is followed as asked. Otherwise as the device's linear model has it, whether the table is
     emulated or real; exactly where there is none (a released machine's motion is its plan).
     """
-    try:
-        numbers = None if tuned else emulator_numbers(scene)
-    except UnknownDevice:
-        numbers = None
-    if not isinstance(numbers, _Following):
+    numbers = None if tuned else following_of(scene)
+    if numbers is None:
         return TableLoop()
     loop = numbers.loop(scene.block.mass_kg or 0.0)
     return TableLoop(loop.transport_delay, 1.0, loop.angular_frequency / math.tau, loop.damping)
